@@ -12,6 +12,7 @@
 #include "python/grey_image.hpp"
 #include "python/records.hpp"
 #include "tagcal/detect/detector.hpp"
+#include "tagcal/detect/explain.hpp"
 #include "tagcal/detect/refine_views.hpp"
 #include "tagcal/error.hpp"
 
@@ -92,7 +93,7 @@ DetectedViews detect_batch(const std::vector<ImageSource>& sources,
                            const std::vector<PlacedBoard>& boards, const DetectOptions& options) {
   DetectedViews found;
   std::vector<DetectedPicture> pictures = detect_all(sources, boards, options);
-  found.warnings = board_warnings(sources, pictures, boards, options);
+  found.warnings = board_warnings(boards, target_mistakes(sources, pictures, boards, options));
   for (DetectedPicture& picture : pictures) {
     found.warnings.insert(found.warnings.end(), picture.warnings.begin(), picture.warnings.end());
     found.views.push_back({std::move(picture.view), std::move(picture.unfitted),

@@ -98,7 +98,8 @@ TEST_F(ConvertCli, WrongFilesAndOptions) {
   expect_bad_input("convert " + path("corners.vnl") + " " + path("o.csv") + " --target " +
                        path("set/target.yaml"),
                    {"checkerboard"});
-  for (const std::string option : {"--poses poses.json", "--image-size 640x480"})
+  for (const std::string option :
+       {"--poses poses.json", "--image-size 640x480", "--crop 1,2,64x48", "--resize 64x48"})
     expect_bad_input("convert " + path("corners.vnl") + " " + path("o.csv") + " --target " +
                          path("set/target.yaml") + " " + option,
                      {option.substr(0, option.find(' ')), "--target"});
@@ -108,6 +109,29 @@ TEST_F(ConvertCli, WrongFilesAndOptions) {
       run("convert " + path("stereo.yml:left") + " " + path("left.xml") + " --image-size 640x480")
           .exit_code,
       0);
+}
+
+// Half of the pixels of a part of the pictures.
+TEST_F(ConvertCli, CamerasOfPartsAndScaledPictures) {
+  const std::string truth = path("set/truth.yaml");
+  const Outcome written = run("convert " + truth + " " + path("part.yaml") +
+                              " --to tagcal --crop 40,20,560x360 --resize 280x180");
+  ASSERT_EQ(written.exit_code, 0) << written.err;
+  const Camera whole = read_camera(truth).camera, part = read_camera(path("part.yaml")).camera;
+  EXPECT_EQ(part.image_size, (ImageSize{280, 180}));
+  const auto before = parameters(whole.lens), after = parameters(part.lens);
+  EXPECT_NEAR(after[0], before[0] / 2, 1e-9);
+  EXPECT_NEAR(after[2], (before[2] - 40 + 0.5) / 2 - 0.5, 1e-9);
+  EXPECT_NEAR(after[3], (before[3] - 20 + 0.5) / 2 - 0.5, 1e-9);
+  EXPECT_EQ(after[4], before[4]);
+  const std::string convert = "convert " + truth + " " + path("o.yaml") + " --to tagcal ";
+  expect_bad_input(convert + "--resize 640", {"--resize", "WIDTHxHEIGHT"});
+  expect_bad_input(convert + "--crop 640x480", {"--crop", "X,Y,WIDTHxHEIGHT"});
+  expect_bad_input(convert + "--image-size 320x200", {"640x400", "--resize"});
+  spill(path("stereo2.yml"), kStereoYaml);
+  expect_bad_input("convert " + path("stereo2.yml:left") + " " + path("o.yaml") +
+                       " --to tagcal --resize 320x240",
+                   {"--resize", "--image-size"});
 }
 
 TEST_F(ConvertCli, CornersOfACheckerboardCalibrate) {

@@ -51,6 +51,21 @@ TEST_F(Cli, ExplainNamesTheMistakeOnStderr) {
   EXPECT_NE(bad.err.find("wrong border: "), std::string::npos) << bad.err;
 }
 
+// What it says to type finds the tags.
+TEST_F(Cli, ASearchForAFamilyNamesTheKindThatIsThere) {
+  const std::string picture = path("set/images/000.png");
+  const Outcome none =
+      run("detect " + picture + " --family tag36h11 --border-bits 2 --out " + path("kind.csv"));
+  const std::string advice = "tags of another kind: ";
+  const std::size_t at = none.out.find(advice);
+  ASSERT_NE(at, std::string::npos) << none.out << none.err;
+  const std::size_t begin = at + advice.size();
+  const std::string options = none.out.substr(begin, none.out.find('\n', begin) - begin);
+  EXPECT_EQ(options, "--family tag36h11 --border-bits 1");
+  const Outcome found = run("detect " + picture + " " + options + " --out " + path("kind.csv"));
+  EXPECT_TRUE(found.out.starts_with("OK: ")) << found.out;
+}
+
 TEST_F(Cli, DetectSaysFirstWhatWasFound) {
   const Image8 grey(read_image(root() / "set/images/000.png").size(), 128);
   fs::create_directories(root() / "mixed");

@@ -158,6 +158,57 @@ TEST_F(CliMany, ResumeCalibratesWhatHasChanged) {
   EXPECT_FALSE(fs::exists(path("kept/.resume")));
 }
 
+// Folders of pictures are cameras, one each, unless the user says that they are of one.
+class CliFolders : public Cli {
+ protected:
+  // Three of the pictures in each of two folders.
+  static std::string two() {
+    int count = 0;
+    for (const auto& entry : fs::directory_iterator(root() / "set/images")) {
+      const fs::path to = root() / (count++ % 2 == 0 ? "left" : "right");
+      fs::create_directories(to);
+      fs::copy_file(entry.path(), to / entry.path().filename(), fs::copy_options::skip_existing);
+    }
+    return "--target " + path("set/target.yaml") + " " + path("left") + " " + path("right");
+  }
+};
+
+TEST_F(CliFolders, AreSeveralCameras) {
+  const std::string folders = two();
+  const Outcome several = run("calibrate " + folders + " --model f --out " + path("cameras"));
+  EXPECT_NE(several.exit_code, 2) << several.err;
+  const auto lines = lines_of(several.out);
+  ASSERT_GE(lines.size(), 3u) << several.out;
+  EXPECT_TRUE(lines[1].starts_with("left ") && lines[2].starts_with("right ")) << several.out;
+  const Outcome one =
+      run("calibrate " + folders + " --model f --one-camera --json --out " + path("one.yaml"));
+  ASSERT_EQ(one.exit_code, 0) << one.err;
+  const Json answer = Json::parse(one.out);
+  EXPECT_EQ(answer["views"].size(), 6u);
+  EXPECT_FALSE(answer["halves"].is_null());
+  EXPECT_TRUE(answer["halves"]["source"].get<std::string>().ends_with("t"));  // left or right
+  // Single pictures are one camera, whose folders are compared too.
+  const Outcome files = run("calibrate --target " + path("set/target.yaml") + " '" + path("left") +
+                            "/*.png' '" + path("right") + "/*.png' --model f --json");
+  ASSERT_EQ(files.exit_code, 0) << files.err;
+  EXPECT_EQ(Json::parse(files.out)["halves"], answer["halves"]);
+  EXPECT_TRUE(
+      Json::parse(run("calibrate " + path("set") + " --json").out)["halves"]["source"].is_null());
+}
+
+TEST_F(CliFolders, MessagesSayWhatToType) {
+  const std::string folders = "calibrate " + two();
+  expect_bad_input(folders + " --out " + path("w.yaml"),
+                   {"must be a folder", "--out " + path("w") + " ", "--one-camera"});
+  expect_bad_input(folders + " " + path("scene.yaml"),
+                   {"scene.yaml: is no folder", "--one-camera"});
+  const std::string left = "calibrate --target " + path("set/target.yaml") + " " + path("left");
+  expect_bad_input(left + " --out " + path("set"),
+                   {"is a folder", "--out " + path("set/left.yaml")});
+  expect_bad_input(left + " --out " + path("new/"), {"--out " + path("new/left.yaml")});
+  expect_bad_input("calibrate " + path("set") + " --one-camera", {"--one-camera", "--target"});
+}
+
 TEST_F(CliMany, AdvisesEach) {
   const std::string sets = "calibrate " + three() + " --model f+c --advise";
   const auto lines = lines_of(run(sets).out);

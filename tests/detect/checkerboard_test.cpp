@@ -166,7 +166,7 @@ TEST(Checkerboards, BoardsThatLookTheSameAfterATurnAreSaidToBeAmbiguous) {
     const std::vector<ImageSource> images = {{"a", [&] { return upright.image; }},
                                              {"b", [&] { return turned.image; }}};
     const std::vector<DetectedPicture> found = detect_all(images, {{upright.board, Pose()}});
-    const auto warnings = board_warnings(images, found, {{upright.board, Pose()}});
+    const auto warnings = board_warnings({{upright.board, Pose()}}, {});
     ASSERT_EQ(warnings.size(), 1U);
     EXPECT_NE(warnings[0].find(turn), std::string::npos) << warnings[0];
     const auto last = static_cast<std::size_t>(columns * rows);

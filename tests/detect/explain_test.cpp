@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <numbers>
 
 #include "tagcal/detect/detector.hpp"
@@ -71,6 +72,32 @@ TEST(Explain, WrongFamilyBorderAndIds) {
   expect_one_mistake(explained(plain, other), "wrong ids: 12 tags");
 }
 
+// Two prints of one tag in a picture: the ids are right, and each is seen twice.
+TEST(Explain, IdsSeenTwiceAreNotWrong) {
+  Scene scene;
+  scene.camera = {pinhole(500, 500, 239.5, 179.5), {480, 360}};
+  const Pose left(Eigen::Quaterniond::Identity(), {-0.12, 0, 0});
+  const Pose right(Eigen::Quaterniond::Identity(), {0.12, 0, 0});
+  const Board tag = make_board(AprilGrid{1, 1, 0.08, 0.3, 3, "tag36h11", 1, false});
+  scene.boards = {{tag, left}};
+  scene.sensor = {1, 0.7, 2};
+  const Eigen::Quaterniond facing(Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitX()));
+  const auto view = [&](const Pose& place) {
+    scene.boards = {{tag, place}};
+    return expose(render_light(scene, tag_families(scene.boards),
+                               Pose(facing, Eigen::Vector3d(0, 0, 0.5))),
+                  scene.sensor, 3);
+  };
+  Image8 both = view(left);
+  const Image8 other = view(right);
+  for (int y = 0; y < both.height(); ++y)
+    for (int x = both.width() / 2; x < both.width(); ++x) both(x, y) = other(x, y);
+  const Explanation e = explained(both, tag);
+  EXPECT_TRUE(e.mistakes.empty()) << e.mistakes[0];
+  ASSERT_EQ(e.not_reported.size(), 1u);
+  EXPECT_EQ(e.not_reported[0].why, "seen more than once");
+}
+
 struct Detected {
   std::vector<DetectedPicture> pictures;
   std::vector<std::string> warnings;
@@ -82,7 +109,8 @@ Detected detected(const std::vector<Image8>& images, const Board& board) {
     sources.push_back({std::to_string(sources.size()) + ".png", [&image] { return image; }});
   const DetectOptions options{.threads = 2};
   Detected result{detect_all(sources, {{board, Pose()}}, options), {}};
-  result.warnings = board_warnings(sources, result.pictures, {{board, Pose()}}, options);
+  result.warnings = board_warnings(
+      {{board, Pose()}}, target_mistakes(sources, result.pictures, {{board, Pose()}}, options));
   return result;
 }
 
@@ -94,11 +122,10 @@ TEST(WrongBorder, IsNamedFirstAmongTheWarnings) {
         detected({image, image, image, image, image}, grid_of("tag36h11", 3 - border));
     ASSERT_FALSE(wrong.warnings.empty())
         << border << ": " << wrong.pictures[0].view.observations.size() << " corners";
-    EXPECT_TRUE(wrong.warnings[0].starts_with("the tags in 5 of 5 pictures have a border of " +
-                                              std::to_string(border)))
+    EXPECT_TRUE(wrong.warnings[0].starts_with(
+        "the pictures and the target file do not agree: wrong border: 12 tags of tag36h11"))
         << wrong.warnings[0];
-    EXPECT_TRUE(wrong.warnings[0].ends_with("Put border_bits: " + std::to_string(border) +
-                                            " into the target file"))
+    EXPECT_TRUE(wrong.warnings[0].ends_with("write border_bits: " + std::to_string(border)))
         << wrong.warnings[0];
     EXPECT_TRUE(detected({image}, grid_of("tag36h11", border)).warnings.empty());
   }
@@ -121,7 +148,7 @@ TEST(Explain, MirroredAndInverted) {
   const Board board = grid_of("tag36h11", 1);
   const Image8 image = picture_of(board);
   expect_one_mistake(explained(changed(image, true, false), board), "mirrored picture: 12 tags");
-  expect_one_mistake(explained(changed(image, false, true), board), "inverted picture: ");
+  expect_one_mistake(explained(changed(image, false, true), board), "light on dark: ");
 }
 
 TEST(Explain, SpacingInMetresIsNamed) {
@@ -133,6 +160,78 @@ TEST(Explain, SpacingInMetresIsNamed) {
   const Explanation other = explained(image, grid_of("tag36h11", 2, 0.5));
   ASSERT_EQ(other.mistakes.size(), 1u);
   EXPECT_EQ(other.mistakes[0].find("metres"), std::string::npos) << other.mistakes[0];
+}
+
+// An AprilGrid of 4 x 3 tags, with other numbers of tags in the file; then ChArUco boards.
+TEST(Explain, WrongColumns) {
+  const Image8 image = picture_of(grid_of("tag36h11", 1));
+  for (const int columns : {3, 5, 6, 12}) {
+    const Board wrong = make_board(AprilGrid{columns, 4, 0.06, 0.3, 0, "tag36h11", 1, false});
+    const Explanation e = explained(image, wrong);
+    ASSERT_FALSE(e.mistakes.empty()) << columns;
+    EXPECT_TRUE(e.mistakes[0].starts_with("wrong columns: ")) << e.mistakes[0];
+    EXPECT_TRUE(e.mistakes[0].ends_with("write tagCols: 4")) << e.mistakes[0];
+    const Detected set = detected({image, image}, wrong);
+    ASSERT_FALSE(set.warnings.empty());
+    EXPECT_NE(set.warnings[0].find("write tagCols: 4"), std::string::npos) << set.warnings[0];
+  }
+}
+
+Charuco charuco(int columns, int rows, bool legacy) {
+  return {columns, rows, 0.04, 0.03, "DICT_4X4_250", legacy};
+}
+
+struct WrongCharuco {
+  Charuco file;
+  std::string start, end;
+};
+
+TEST(Explain, WrongCharucoBoards) {
+  Charuco other_size = charuco(7, 6, false), other_dictionary = charuco(7, 6, false);
+  other_size.marker_size = 0.024;
+  other_dictionary.dictionary = "DICT_5X5_100";
+  const std::vector<WrongCharuco> of_wide = {
+      {charuco(6, 7, false), "wrong squares: ", "write squareCols: 7, squareRows: 6"},
+      {charuco(6, 5, false), "wrong squares: ", "write squareCols: 7, squareRows: 6"},
+      {charuco(7, 6, true), "wrong pattern: ", "write legacy: false"},
+      {other_size, "wrong marker size: ", "write markerSize: 0.03"},
+      {other_dictionary, "wrong dictionary: ", "write dictionary: DICT_4X4_50"}};
+  const Image8 image = picture_of(make_board(charuco(7, 6, false)));
+  EXPECT_TRUE(explained(image, make_board(charuco(7, 6, false))).mistakes.empty());
+  for (const WrongCharuco& wrong : of_wide) {
+    const Explanation e = explained(image, make_board(wrong.file));
+    ASSERT_EQ(e.mistakes.size(), 1u) << wrong.start;
+    EXPECT_TRUE(e.mistakes[0].starts_with(wrong.start)) << e.mistakes[0];
+    EXPECT_TRUE(e.mistakes[0].find(wrong.end) != std::string::npos) << e.mistakes[0];
+    const Detected set = detected({image}, make_board(wrong.file));
+    EXPECT_TRUE(std::ranges::any_of(set.warnings, [&](const std::string& warning) {
+      return warning.find(wrong.start) != std::string::npos;
+    })) << wrong.start;
+  }
+  const Image8 legacy = picture_of(make_board(charuco(7, 6, true)));
+  const Explanation e = explained(legacy, make_board(charuco(7, 6, false)));
+  ASSERT_EQ(e.mistakes.size(), 1u);
+  EXPECT_TRUE(e.mistakes[0].ends_with("write legacy: true")) << e.mistakes[0];
+  EXPECT_TRUE(explained(legacy, make_board(charuco(7, 6, true))).mistakes.empty());
+}
+
+Board checkerboard(int columns, int rows) {
+  return make_board(Checkerboard{columns, rows, 0.04, 0.04});
+}
+
+TEST(Explain, WrongSizesOfCheckerboards) {
+  const Image8 image = picture_of(checkerboard(6, 5));
+  for (const auto& [columns, rows] : {std::pair(5, 4), {7, 6}, {6, 4}, {8, 8}}) {
+    const Board wrong = checkerboard(columns, rows);
+    const Detected set = detected({image, image, image}, wrong);
+    ASSERT_FALSE(set.warnings.empty()) << columns;
+    const std::string& warning = set.warnings[set.warnings.size() - 1];
+    EXPECT_NE(warning.find("write targetCols: 6, targetRows: 5"), std::string::npos) << warning;
+    EXPECT_EQ(warning.find("squares") != std::string::npos, columns == 7) << warning;
+  }
+  // One picture with a part of the board is no mistake.
+  EXPECT_TRUE(explained(image, checkerboard(8, 8)).mistakes.empty());
+  EXPECT_TRUE(detected({image, image}, checkerboard(5, 6)).pictures[0].warnings.empty());
 }
 
 TEST(Explain, SmallPictures) {

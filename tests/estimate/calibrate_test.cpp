@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "tagcal/error.hpp"
 #include "worlds.hpp"
 
@@ -255,6 +257,33 @@ TEST(Calibrate, TheNumberOfThreadsDoesNotMatter) {
     options.num_threads = threads;
     expect_equal(one, calibrate(world, options));
   }
+}
+
+// Points in the room, with left-handed coordinates in the file.
+TEST(Calibrate, PointsThatFitInTheirMirrorImageOnlyAreSaid) {
+  Random random(4);
+  Points points;
+  for (int id = 0; id < 60; ++id)
+    points.points.push_back(
+        {{id, 0},
+         {random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3), random.uniform(-0.15, 0.15)}});
+  WorldOptions options;
+  Dataset world;
+  world.image_size = {1280, 800};
+  world.boards = {{{points, {}}, Pose()}};
+  for (int i = 0; i < 8; ++i)
+    world.views.push_back(
+        observe({opencv5_lens(), world.image_size},
+                looking_at_board(Eigen::Vector3d::Zero(), random.uniform(0, 0.8), 1.2, random),
+                points.points, options, random));
+  EXPECT_EQ(calibrate(world).status, Status::ok);
+  for (TargetPoint& point : std::get<Points>(world.boards[0].board.pattern).points)
+    point.position.z() *= -1;
+  const Calibration c = calibrate(world);
+  EXPECT_EQ(c.status, Status::no_consensus);
+  EXPECT_TRUE(std::ranges::any_of(c.findings, [](const Finding& finding) {
+    return finding.sentence.find("only in their mirror image") != std::string::npos;
+  }));
 }
 
 }  // namespace

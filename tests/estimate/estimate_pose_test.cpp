@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "tagcal/error.hpp"
 #include "tagcal/estimate/pose.hpp"
 #include "tagcal/geometry/pose.hpp"
 #include "worlds.hpp"
@@ -389,6 +390,14 @@ TEST(EstimatePose, PointsNearALineAreJudgedAlikeInAMirror) {
   }
   EXPECT_GT(refused, 50);
   EXPECT_GT(answered, 50);
+}
+
+TEST(EstimatePose, APoseWithoutAnAnswerIsAnErrorThatSaysSo) {
+  const Camera camera{opencv5_lens(), {1280, 800}};
+  const PoseEstimate none = estimate_pose(std::vector<Correspondence>(), camera);
+  ASSERT_FALSE(is_answer(none.status));
+  EXPECT_THROW((void)none.camera_from_target(), Error);
+  EXPECT_THROW((void)PoseAndFocalEstimate().camera_from_target(), Error);
 }
 
 }  // namespace

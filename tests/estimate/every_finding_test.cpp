@@ -127,6 +127,14 @@ Dataset focused_anew() {
   return world;
 }
 
+// Every second view from another source, all of them kept.
+CalibrateOptions by_turns(int num_views) {
+  CalibrateOptions options;
+  options.reject_outliers = false;
+  for (int i = 0; i < num_views; ++i) options.sources.emplace_back(i % 2 == 0 ? "left" : "right");
+  return options;
+}
+
 Dataset printed_longer_in_y(double share) {
   return seen_otherwise(make_world(opencv5_lens(), 5, views(12)), views(12),
                         [&](TargetPoint& p) { p.position.y() *= 1 + share; });
@@ -231,6 +239,7 @@ std::vector<Case> cases_of_target_and_model() {
       {"board_bend_impossible", calibrated(bent(opencv5_lens(), 20e-3), automatic)},
       {"residuals_biased", calibrated(waved(), automatic)},
       {"halves_disagree", calibrated(focused_anew(), keep_all)},
+      {"sources_disagree", calibrated(focused_anew(), by_turns(16))},
       {"print_aspect", calibrated(printed_longer_in_y(0.004), automatic)},
       {"print_exceeded", calibrated(printed_longer_in_y(0.02), automatic)},
       {"rows_displaced", calibrated(rolled(), automatic)},

@@ -28,6 +28,8 @@
 namespace tagcal::tools {
 namespace {
 
+namespace fs = std::filesystem;
+
 struct Arguments {
   CalibrationJob job;
   std::string out;
@@ -36,18 +38,19 @@ struct Arguments {
   double near_m = 0;               // 0: the corners' median
   std::string start;               // a camera's file
   std::vector<std::string> fixed;  // NAME=VALUE
+  bool one_camera = false;
   bool keep_all = false;
   bool resume = false;
   bool verbose = false;
   bool json = false;
 };
 
-void check_picture(const std::filesystem::path& file) {
+void check_picture(const fs::path& file) {
   if (file.empty() || file.extension() == ".svg" || file.extension() == ".png") return;
   throw Error(fmt::format("{}: must end in .svg or .png", file.string()));
 }
 
-void write_picture(const std::filesystem::path& file, const Calibration& calibration) {
+void write_picture(const fs::path& file, const Calibration& calibration) {
   if (file.extension() == ".png")
     write_png(file, uncertainty_image(calibration));
   else
@@ -58,12 +61,12 @@ bool is_auto(const std::string& model) { return model.empty() || model == "auto"
 
 void check_usage(const Arguments& arguments, bool several) {
   if (several && !arguments.report.empty())
-    throw Error("--report: shows one data set only; tagcal report shows each calibration file");
+    throw Error("--report: shows one camera only; tagcal report shows each calibration file");
   if (arguments.resume && (!several || arguments.out.empty()))
-    throw Error("--resume: needs several data sets, and --out");
+    throw Error("--resume: needs several data sets or folders, and --out");
   if (arguments.uncertainty.empty()) return;
   if (several) {
-    throw Error("--uncertainty: draws one data set only (each calibration file contains its grid)");
+    throw Error("--uncertainty: draws one camera only (each calibration file contains its grid)");
   }
   if (arguments.job.options.model == "weak") {
     throw Error("--uncertainty: model weak has no lens to draw");
@@ -111,9 +114,21 @@ void write_files(const Arguments& arguments, CalibrationAnswer& answer, Input us
   answer.seconds.total += answer.seconds.write;
 }
 
+// Throws Error, with a file to type, if --out is a folder.
+void check_file_of_one(const Arguments& arguments) {
+  const fs::path out = arguments.out;
+  if (out.empty() || (out.has_filename() && !fs::is_directory(out)))
+    return check_text_writable(out);
+  const std::string& input = arguments.job.input.inputs.front();
+  const std::string name = fs::is_directory(input) ? camera_name(input) : "camera";
+  throw Error(fmt::format("--out: {} is a folder, but one camera is one file: --out {}{}",
+                          arguments.out, (out / (name + ".yaml")).string(),
+                          fs::is_directory(out) ? "" : ", after making the folder"));
+}
+
 int run_one(const Arguments& arguments) {
   check_report(arguments);
-  check_text_writable(arguments.out);
+  check_file_of_one(arguments);
   check_writable(arguments.uncertainty);
   check_picture(arguments.uncertainty);
   CalibrationJob job = arguments.job;
@@ -142,11 +157,26 @@ int run_one(const Arguments& arguments) {
   return answered ? kAnswer : kNoAnswer;
 }
 
-// Several inputs without --target are data sets, unless all of them are files.
-bool are_data_sets(const InputArguments& input) {
-  return input.target.empty() && input.inputs.size() > 1 &&
-         !std::ranges::all_of(
-             input.inputs, [](const auto& path) { return std::filesystem::is_regular_file(path); });
+// Several folders are several cameras: data sets, or with --target pictures. Several inputs without
+// --target are data sets too, unless all of them are files.
+bool are_several_cameras(const Arguments& arguments) {
+  const InputArguments& input = arguments.job.input;
+  const auto is_folder = [](const auto& path) { return fs::is_directory(path); };
+  if (arguments.one_camera && input.target.empty())
+    throw Error(
+        "--one-camera: is for folders of pictures, with --target; a data set is one camera");
+  if (input.inputs.size() < 2 || arguments.one_camera) return false;
+  if (input.target.empty())
+    return !std::ranges::all_of(input.inputs,
+                                [](const auto& path) { return fs::is_regular_file(path); });
+  if (std::ranges::count_if(input.inputs, is_folder) < 2) return false;
+  const auto other = std::ranges::find_if_not(input.inputs, is_folder);
+  if (other != input.inputs.end())
+    throw Error(
+        fmt::format("{}: is no folder: several folders are several cameras, one a folder; "
+                    "--one-camera takes all pictures as those of one",
+                    *other));
+  return true;
 }
 
 std::map<std::string, double> fixed_values(const std::vector<std::string>& texts) {
@@ -180,7 +210,7 @@ int run(const Arguments& given) {
   overrule(arguments, options);
   if (arguments.near_m > 0) options.distances_m = {kInfinitelyFar, arguments.near_m};
   naming_options([&] { check_options(options); });  // before any work
-  const bool several = are_data_sets(arguments.job.input);
+  const bool several = are_several_cameras(arguments);
   check_usage(arguments, several);
   return several ? calibrate_many(arguments.job, {arguments.out, arguments.json, arguments.resume})
                  : run_one(arguments);
@@ -204,8 +234,8 @@ Command add_calibrate(CLI::App& app) {
                "one's by at most this, RMS where corners were; the standard deviations include "
                "the difference");
   add_option(*command, "--out", arguments->out,
-             "file for the camera, written if there is an answer; for several data sets a "
-             "folder, with one file each")
+             "file for the camera, written if there is an answer; for several cameras a folder, "
+             "with one file each")
       .text("FILE|DIR");
   add_option(*command, "--uncertainty", arguments->uncertainty,
              "picture of the projection's uncertainty over the image, .svg or .png")
@@ -213,9 +243,12 @@ Command add_calibrate(CLI::App& app) {
   add_option(*command, "--report", arguments->report,
              "a page to look at: residuals, uncertainty, models, views, the next view (report.md)")
       .text("FILE.html");
-  add_positive(*command, "--distance", arguments->near_m,
-               "distance in metres at which the uncertainty is given beside infinity; default: "
-               "the corners' median");
+  add_length(*command, "--distance", arguments->near_m,
+             "distance in metres at which the uncertainty is given beside infinity; default: "
+             "the corners' median");
+  add_flag(*command, "--one-camera", arguments->one_camera,
+           "with --target: all folders have pictures of one camera; default: each folder is a "
+           "camera");
   add_flag(*command, "--keep-all", arguments->keep_all,
            "reject no corner and no view, except views that repeat another");
   add_option(*command, "--start", arguments->start,
@@ -237,19 +270,19 @@ Command add_calibrate(CLI::App& app) {
   add_integer(*command, "--select", arguments->job.select, 1,
               "calibrate from the N most informative views only, and print what each adds");
   add_flag(*command, "--resume", arguments->resume,
-           "of several data sets, with --out: the same command goes on where it was interrupted");
+           "of several cameras, with --out: the same command goes on where it was interrupted");
   add_flag(*command, "--advise", arguments->job.advise,
            "print the next view that would improve the answer most, and by how much");
   add_flag(*command, "--verbose", arguments->verbose,
            "also print why each model was taken or not, all rejected corners, and times");
   add_flag(*command, "--json", arguments->json,
-           "one JSON object on stdout; for several data sets an array of them");
+           "one JSON object on stdout; for several cameras an array of them");
   add_threads(*command, arguments->job.threads)
-      .description("data sets, or pictures of one, to process in parallel; 0: one per core");
+      .description("cameras, or pictures of one, to process in parallel; 0: one per core");
   add_footer(*command,
              "Example: tagcal calibrate desk --observations corners.csv --out camera.yaml\n"
              "         tagcal calibrate --target board.yaml photos/*.jpg --json\n"
-             "         tagcal calibrate left right rear --out cameras");
+             "         tagcal calibrate --target board.yaml left right --out cameras");
   return {command, [arguments] { return run(*arguments); }};
 }
 

@@ -39,6 +39,19 @@ using Outcome = ManyOutcome;
 using Row = ManyOutcome::Row;
 constexpr std::size_t kNumColumns = ManyOutcome::kNumColumns;
 
+// What else a user may have meant.
+constexpr const char* kOneCamera =
+    " (with --target and --one-camera all pictures are one camera's)";
+
+bool has_camera_name(const fs::path& file) {
+  const std::string ending = file.extension().string();
+  return ending == ".yaml" || ending == ".yml" || ending == ".json";
+}
+
+std::string without_ending(fs::path file) {
+  return has_camera_name(file) ? file.replace_extension().string() : "cameras";
+}
+
 struct DataSet {
   std::string folder;
   std::string name;  // the last part of the folder's path
@@ -49,13 +62,11 @@ std::vector<DataSet> data_sets(const std::vector<std::string>& folders, const fs
   std::map<std::string, std::string> folder_of;
   std::vector<DataSet> sets;
   for (const std::string& folder : folders) {
-    fs::path path = fs::absolute(folder).lexically_normal();
-    if (!path.has_filename()) path = path.parent_path();
-    const std::string name = path.filename().string();
+    const std::string name = camera_name(folder);
     const auto [other, is_new] = folder_of.emplace(name, folder);
     if (!is_new) {
-      throw Error(fmt::format("{}: the data sets' names must differ, but {} is called {} too",
-                              folder, other->second, name));
+      throw Error(fmt::format("{}: the folders' names must differ, but {} is called {} too", folder,
+                              other->second, name));
     }
     sets.push_back({folder, name, out.empty() ? fs::path() : out / (name + ".yaml")});
   }
@@ -67,9 +78,12 @@ class AnswerFolder {
  public:
   explicit AnswerFolder(fs::path folder) : folder_(std::move(folder)) {
     if (folder_.empty()) return;
-    if (fs::exists(folder_) && !fs::is_directory(folder_)) {
-      throw Error(fmt::format("{}: must be a folder, got a file", folder_.string()));
-    }
+    const bool is_folder = fs::is_directory(folder_);
+    if (!is_folder && (fs::exists(folder_) || has_camera_name(folder_)))
+      throw Error(
+          fmt::format("--out: {} must be a folder, because each folder of the call is a "
+                      "camera with a file of its own: --out {}{}",
+                      folder_.string(), without_ending(folder_), kOneCamera));
     std::error_code why;
     is_new_ = fs::create_directories(folder_, why);
     if (why) throw Error(fmt::format("{}: cannot be written: {}", folder_.string(), why.message()));
@@ -222,6 +236,12 @@ ExitCode worst(const std::vector<Outcome>& outcomes) {
 }
 
 }  // namespace
+
+std::string camera_name(const std::string& folder) {
+  fs::path path = fs::absolute(folder).lexically_normal();
+  if (!path.has_filename()) path = path.parent_path();
+  return path.filename().string();
+}
 
 int calibrate_many(const CalibrationJob& job, const ManyOutput& output) {
   if (!job.input.observations.empty()) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "job/calibration_job.hpp"
 
@@ -11,6 +12,9 @@ struct ManyOutput {
   bool json = false;             // an array instead of a table
   bool resume = false;           // takes over the outcomes of an interrupted run
 };
+
+// The name of a camera whose pictures or data set are in a folder: the last part of its path.
+std::string camera_name(const std::string& folder);
 
 // Calibrates every folder of job.input.inputs by itself, job.threads of them side by side, one
 // thread each, and prints one line for each. An error in one data set is reported in its line and

@@ -1,8 +1,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "commands/commands.hpp"
 #include "commands/convert_model.hpp"
@@ -18,6 +20,7 @@
 #include "tagcal/io/corners_file.hpp"
 #include "tagcal/io/dataset_file.hpp"
 #include "tagcal/io/target_file.hpp"
+#include "tagcal/viewing/viewport.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -27,22 +30,62 @@ struct Arguments {
   std::string out;
   std::string format;
   std::string image_size;
+  std::string crop;    // X,Y,WIDTHxHEIGHT
+  std::string resize;  // WIDTHxHEIGHT
   ModelArguments model;
   std::string poses;   // of `tagcal pose --json`; "": those of IN
   std::string target;  // of corners; "": a camera
 };
 
+// The size that the user states; 0 x 0: none.
+ImageSize stated_size(const Arguments& arguments) {
+  return arguments.image_size.empty() ? ImageSize()
+                                      : size_argument("--image-size", arguments.image_size);
+}
+
 // Fills in the image size where the file has none.
 void add_image_size(CameraFile& file, const Arguments& arguments) {
   if (arguments.image_size.empty()) return;
-  const ImageSize size = size_argument("--image-size", arguments.image_size);
+  const ImageSize size = stated_size(arguments);
   for (FileCamera& camera : file.cameras) {
     ImageSize& own = camera.calibration.camera.image_size;
     if (own != ImageSize{} && own != size)
-      throw Error(fmt::format("--image-size: {} says {}x{}, got {}", arguments.in, own.width,
-                              own.height, arguments.image_size));
+      throw Error(
+          fmt::format("--image-size: {} says {}x{}, got {}; --resize makes the camera of "
+                      "scaled pictures, --crop that of a part",
+                      arguments.in, own.width, own.height, arguments.image_size));
     own = size;
   }
+}
+
+// "X,Y,WIDTHxHEIGHT"
+PixelRectangle rectangle_argument(const std::string& text) {
+  PixelRectangle part;
+  int used = 0;
+  if (std::sscanf(text.c_str(), "%d,%d,%n", &part.x, &part.y, &used) != 2 || used == 0)
+    throw Error(fmt::format("--crop: must be X,Y,WIDTHxHEIGHT, got {}", text));
+  part.size = size_argument("--crop", text.substr(static_cast<std::size_t>(used)));
+  return part;
+}
+
+// The cameras of pictures that are a part of those of the file, or scaled, or both in this order.
+void cut_and_scale(CameraFile& file, const Arguments& arguments) {
+  if (arguments.crop.empty() && arguments.resize.empty()) return;
+  bool had_uncertainty = false;
+  for (FileCamera& in_file : file.cameras) {
+    CalibrationFile& known = in_file.calibration;
+    if (known.camera.image_size == ImageSize{})
+      throw Error(fmt::format("{}: {} has no image size; state it by --image-size",
+                              arguments.resize.empty() ? "--crop" : "--resize", arguments.in));
+    Camera camera = known.camera;
+    if (!arguments.crop.empty()) camera = cropped(camera, rectangle_argument(arguments.crop));
+    if (!arguments.resize.empty())
+      camera = resized(camera, size_argument("--resize", arguments.resize));
+    had_uncertainty = had_uncertainty || !known.sigmas.empty();
+    known = {camera, "", {}, {}, {}, {}};
+  }
+  if (had_uncertainty)
+    file.notes.emplace_back("dropped: the standard deviations, which belong to the other pixels");
 }
 
 std::string format_of(const Arguments& arguments) {
@@ -50,15 +93,15 @@ std::string format_of(const Arguments& arguments) {
   const std::string_view format = format_of_name(arguments.out);
   if (!format.empty()) return std::string(format);
   throw Error(
-      fmt::format("{}: several formats have such a name: choose one by --to", arguments.out));
+      fmt::format("{}: its name does not say the format: choose one by --to", arguments.out));
 }
 
 // All cameras of the file for a format that holds several, else one.
 CameraFile read_cameras(const Arguments& arguments, const CameraFormat& format) {
   std::error_code error;
   if (format.several && std::filesystem::exists(arguments.in, error))
-    return read_camera_file(arguments.in);
-  return read_one_camera(arguments.in);
+    return read_camera_file(arguments.in, stated_size(arguments));
+  return read_one_camera(arguments.in, stated_size(arguments));
 }
 
 // A file of OpenCV's sample may have both a camera and corners.
@@ -99,8 +142,12 @@ int run(const Arguments& arguments) {
       throw Error("--model: fits the lens of a camera, --target converts corners: take one");
     if (!arguments.poses.empty())
       throw Error("--poses: belongs to a camera, --target converts corners: take one");
-    if (!arguments.image_size.empty())
-      throw Error("--image-size: belongs to a camera, --target converts corners: take one");
+    for (const auto& [option, value] : {std::pair("--image-size", &arguments.image_size),
+                                        {"--crop", &arguments.crop},
+                                        {"--resize", &arguments.resize}})
+      if (!value->empty())
+        throw Error(
+            fmt::format("{}: belongs to a camera, --target converts corners: take one", option));
     return convert_corners(arguments);
   }
   std::error_code error;
@@ -112,6 +159,7 @@ int run(const Arguments& arguments) {
   if (!format.folder) check_text_writable(arguments.out);
   CameraFile file = read_cameras(arguments, format);
   add_image_size(file, arguments);
+  cut_and_scale(file, arguments);
   if (!fit_models(file, arguments.in, arguments.model)) return kCheckFailed;
   if (!arguments.poses.empty()) {
     if (file.cameras.size() > 1) {
@@ -159,6 +207,7 @@ std::string footer() {
          "\nExample: tagcal convert camera.yaml front.cameramodel\n"
          "         tagcal convert camchain.yaml:cam1 right.yaml --to ros\n"
          "         tagcal convert camera.yaml sparse --to colmap\n"
+         "         tagcal convert camera.yaml half.yaml --to tagcal --resize 640x480\n"
          "         tagcal convert camchain.yaml:cam0 camera.yaml --model fisheye4\n"
          "         tagcal convert corners.vnl corners.csv --target board.yaml";
 }
@@ -179,6 +228,12 @@ Command add_convert(CLI::App& app) {
       .text("FORMAT");
   add_option(*command, "--image-size", arguments->image_size,
              "pixels of the pictures, where IN does not say")
+      .text("WIDTHxHEIGHT");
+  add_option(*command, "--crop", arguments->crop,
+             "the camera of this part of its pictures; X,Y is the part's top-left pixel")
+      .text("X,Y,WIDTHxHEIGHT");
+  add_option(*command, "--resize", arguments->resize,
+             "the camera of its pictures (or the part) scaled or binned to this size")
       .text("WIDTHxHEIGHT");
   add_model_options(*command, arguments->model);
   add_option(*command, "--poses", arguments->poses,

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <optional>
 #include <set>
@@ -15,6 +16,7 @@
 #include "job/progress.hpp"
 #include "report/detection_report.hpp"
 #include "tagcal/detect/detector.hpp"
+#include "tagcal/detect/explain.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/corners_file.hpp"
 #include "tagcal/io/image_file.hpp"
@@ -56,6 +58,18 @@ void draw(const Input& input, const Tags& tags, const std::string& to, OutputFol
     write_png(folder.path() / names[i], draw_tags(input.images[i].load(), tags[i]));
   }
   folder.publish();
+}
+
+// What to type if no picture shows a tag of the family, but the first one shows tags of another
+// kind.
+std::string other_kind_text(const Input& input) {
+  if (input.images.empty()) return "";
+  const Explanation found = explain(input.images.front().load(), {});
+  const auto most =
+      std::ranges::max_element(found.decoded, {}, [](const auto& kind) { return kind.ids.size(); });
+  if (most == found.decoded.end() || most->ids.size() < 2) return "";  // one is read by chance
+  return fmt::format("what to do {} shows {} tags of another kind: --family {} --border-bits {}\n",
+                     input.images.front().name, most->ids.size(), most->family, most->border_bits);
 }
 
 }  // namespace
@@ -110,7 +124,10 @@ int run_tag_search(const TagSearch& search) {
   if (!search.out.empty()) say_wrote(search.out);
   if (!search.draw.empty()) say_wrote(search.draw);
   print_warnings(input.warnings);
-  print_summary(tag_summary(names, num_tags, search.input.family, search.verbose), search.out);
+  const bool is_nothing = std::ranges::all_of(num_tags, [](std::size_t n) { return n == 0; });
+  print_summary(tag_summary(names, num_tags, search.input.family, search.verbose) +
+                    (is_nothing ? other_kind_text(input) : ""),
+                search.out);
   return kAnswer;
 }
 

@@ -159,8 +159,8 @@ Command add_diff(CLI::App& app) {
   const auto arguments = std::make_shared<Arguments>();
   add_option(*command, "A", arguments->a, "a calibration").required();
   add_option(*command, "B", arguments->b, "another of the same image size").required();
-  add_positive(*command, "--distance", arguments->near_m,
-               "distance in metres at which they are compared, beside infinity (1)");
+  add_length(*command, "--distance", arguments->near_m,
+             "distance in metres at which they are compared, beside infinity (1)");
   add_flag(*command, "--whole-image", arguments->whole_image,
            "fit the moved camera over the whole image, not only where both had corners");
   add_flag(*command, "--json", arguments->json, "one JSON object on stdout");

@@ -277,8 +277,8 @@ Command add_unproject(CLI::App& app) {
   add_option(*command, "--view", arguments->view,
              "answer in the world of this picture of the camera file, not in the camera frame")
       .text("NAME");
-  add_positive(*command, "--depth", arguments->depth_m,
-               "the points at this depth along the optical axis, metres");
+  add_length(*command, "--depth", arguments->depth_m,
+             "the points at this depth along the optical axis, metres");
   add_flag(*command, "--plane", arguments->plane,
            "the points on the plane z = 0 of the world (a board, a floor); needs --view");
   add_footer(*command,

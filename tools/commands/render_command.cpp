@@ -275,8 +275,8 @@ Command add_render(CLI::App& app) {
   add_integer(*command, "--seed", arguments->seed, 0, "seed of path jitter and sensor noise (0)");
   add_flag(*command, "--depth", arguments->depth,
            "also write depth/: z in the camera as 16-bit pictures, millimetres, 0 for nothing");
-  add_positive(*command, "--depth-unit-m", arguments->depth_unit_m,
-               "unit of --depth in metres (0.001)");
+  add_length(*command, "--depth-unit-m", arguments->depth_unit_m,
+             "unit of --depth in metres (0.001)");
   add_threads(*command, arguments->threads);
   add_footer(*command,
              "Example: tagcal render data-synthetic/scenes/desk.yaml --out desk --seed 7");

@@ -119,8 +119,8 @@ Command add_report(CLI::App& app) {
   add_option(*command, "--camera", arguments->camera,
              "the camera of the poses, with which their residuals are shown")
       .text("CAMERA");
-  add_positive(*command, "--distance", arguments->near_m,
-               "distance in metres at which two calibrations are compared, beside infinity (1)");
+  add_length(*command, "--distance", arguments->near_m,
+             "distance in metres at which two calibrations are compared, beside infinity (1)");
   add_option(*command, "--out", arguments->out, "file of the page (report.html)").text("FILE");
   add_threads(*command, arguments->threads);
   add_footer(*command,

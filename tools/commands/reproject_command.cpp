@@ -96,7 +96,7 @@ void add_tasks(CLI::App& command, ReprojectTask& task) {
       .text("WxH");
   add_positive(command, "--px-per-deg", task.px_per_deg,
                "resolution of a panorama (that of the camera's middle)");
-  add_positive(command, "--m-per-px", task.m_per_px, "size of a pixel of the plane in metres");
+  add_length(command, "--m-per-px", task.m_per_px, "size of a pixel of the plane in metres");
   add_option(command, "--rectangle", task.rectangle,
              "part of the plane in metres, in the board's frame (the board and a tenth more)")
       .text("X0,Y0,X1,Y1")

@@ -118,8 +118,8 @@ Command add_watch(CLI::App& app) {
   add_option(*command, "--target", arguments->target, "the board in the pictures: a target file")
       .text("T.yaml REQUIRED")
       .required();
-  add_positive(*command, "--tag-size", arguments->tag_size_m,
-               "side of the tags in metres, if --target is a field layout of WPILib (0.1651)");
+  add_length(*command, "--tag-size", arguments->tag_size_m,
+             "side of the tags in metres, if --target is a field layout of WPILib (0.1651)");
   add_option(*command, "--out", arguments->out,
              "file for the camera, written whole after each picture that leaves an answer; "
              "default: FOLDER.camera.yaml, beside the folder")

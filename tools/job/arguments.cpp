@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "tagcal/camera/model.hpp"
+#include "tagcal/io/text/length_text.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -112,6 +113,20 @@ Option add_positive(CLI::App& command, const std::string& name, double& value,
                         },
                         "", "")
                     ->option_text("X"));
+}
+
+Option add_length(CLI::App& command, const std::string& name, double& metres,
+                  const std::string& help) {
+  const auto in_metres = [](std::string& text) {
+    const std::optional<double> length = internal::parse_length(text);
+    if (!length || !(*length > 0))
+      return fmt::format("must be a length in metres, or with its unit (30mm), got {}", text);
+    text = fmt::format("{}", *length);
+    return std::string();
+  };
+  return Option(command.add_option(name, metres, help)
+                    ->transform(CLI::Validator(in_metres, "", ""))
+                    ->option_text("LENGTH"));
 }
 
 std::string model_names() {

@@ -50,6 +50,10 @@ Option add_integer(CLI::App& command, const std::string& name, int& value, int m
 Option add_positive(CLI::App& command, const std::string& name, double& value,
                     const std::string& help);
 
+// The same for a length in metres, which may have its unit: 30mm, 3cm, 0.03m, 1in.
+Option add_length(CLI::App& command, const std::string& name, double& metres,
+                  const std::string& help);
+
 // "f, f+c, ..": the models that one lens can have, for the help of --model. (`weak` has a scale of
 // its own in each view.)
 std::string model_names();

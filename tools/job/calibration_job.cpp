@@ -1,5 +1,8 @@
 #include "job/calibration_job.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <set>
 #include <utility>
 
@@ -13,11 +16,29 @@ namespace tagcal::tools {
 
 namespace {
 
+// The folders of the pictures, view by view, if they are in several: the pictures of each are
+// compared with the others.
+std::vector<std::string> sources_of(const Input& input) {
+  std::vector<std::string> folders;
+  for (const View& view : input.dataset.views) {
+    const auto file = input.files.find(view.image);
+    if (file == input.files.end()) return {};
+    folders.push_back(file->second.parent_path().string());
+  }
+  if (std::set<std::string>(folders.begin(), folders.end()).size() < 2) return {};
+  return folders;
+}
+
+Calibration calibrate_input(const Input& input, CalibrateOptions options) {
+  options.sources = sources_of(input);
+  return calibrate(input.dataset, options);
+}
+
 // Calibrates the views that are there now. The times are those of all calibrations.
-void calibrate_once_more(const Dataset& dataset, const CalibrateOptions& options,
+void calibrate_once_more(const Input& input, const CalibrateOptions& options,
                          Calibration& calibration) {
   const CalibrateSeconds before = calibration.seconds;
-  calibration = calibrate(dataset, options);
+  calibration = calibrate_input(input, options);
   CalibrateSeconds& seconds = calibration.seconds;
   seconds.start += before.start;
   seconds.solve += before.solve;
@@ -39,7 +60,7 @@ void calibrate_again(const CalibrationJob& job, const CalibrateOptions& options,
   answer.seconds.refine = watch.seconds();
   std::optional<Progress> progress;
   if (job.shows_progress) progress.emplace("calibrating again");
-  calibrate_once_more(input.dataset, options, calibration);
+  calibrate_once_more(input, options, calibration);
 }
 
 // Keeps the most informative views only, and calibrates again.
@@ -57,7 +78,7 @@ std::optional<ViewSelection> select_and_calibrate(const CalibrationJob& job,
   std::vector<View> views;
   for (const std::size_t view : kept) views.push_back(std::move(input.dataset.views[view]));
   input.dataset.views = std::move(views);
-  calibrate_once_more(input.dataset, options, calibration);
+  calibrate_once_more(input, options, calibration);
   return selection;
 }
 
@@ -73,6 +94,54 @@ void check_truth_has_one_lens(const Input& input) {
                 ": truth.yaml: poses: each view has its own lens, calibrate finds one");
 }
 
+// "none of 13 pictures shows the target"
+std::string too_few_text(const Input& input) {
+  const std::size_t count = input.dataset.views.size();
+  if (const int corners = num_corners(input.dataset.views); corners > 0)
+    return fmt::format("the pictures show {} corners in all, a calibration needs {}", corners,
+                       kFewestCorners);
+  return count == 1 ? "the picture does not show the target"
+                    : fmt::format("none of {} pictures shows the target", count);
+}
+
+// The answer, if the corners allow none: too few, or numbered by a wrong target file.
+std::optional<Calibration> refusal_of(const Input& input) {
+  Calibration refused;
+  const auto mistake =
+      std::ranges::find_if(input.mistakes, [](const TargetMistake& m) { return m.moves_corners; });
+  const bool is_wrong = mistake != input.mistakes.end();
+  if (num_corners(input.dataset.views) < kFewestCorners) {
+    std::string reason = too_few_text(input);
+    const bool is_explained = !input.mistakes.empty();
+    if (is_explained)
+      reason += ": " + (is_wrong ? *mistake : input.mistakes.front()).text();
+    else
+      reason += "; tagcal detect --explain says what is in a picture";
+    add(refused.findings, code::degenerate, reason);
+  } else if (is_wrong) {
+    add(refused.findings, code::no_consensus,
+        "the pictures and the target file do not agree: " + mistake->text());
+  } else {
+    return std::nullopt;
+  }
+  refused.status = judge(refused.findings);
+  return refused;
+}
+
+// True for the warning that is the reason of a refusal.
+bool is_said(const Calibration& calibration, const std::string& warning) {
+  const std::size_t colon = warning.find(": ");
+  return !is_answer(calibration.status) && warning.starts_with("the pictures and the target") &&
+         std::ranges::any_of(calibration.findings, [&](const Finding& finding) {
+           return finding.sentence.ends_with(warning.substr(colon + 2));
+         });
+}
+
+Calibration calibrate_or_refuse(const Input& input, const CalibrateOptions& options) {
+  if (auto refused = refusal_of(input)) return *std::move(refused);
+  return naming_options([&] { return calibrate_input(input, options); });
+}
+
 }  // namespace
 
 CalibrationAnswer run_job(const CalibrationJob& job, Input* used) {
@@ -80,20 +149,24 @@ CalibrationAnswer run_job(const CalibrationJob& job, Input* used) {
   Input input = read_input(job.input);
   check_truth_has_one_lens(input);
   if (job.options.start) check_image_size(job.options.start->image_size, "--start", input);
-  need_views(input, job.threads, job.shows_progress);
+  if (input.observations.empty())
+    find_views(input, job.threads, job.shows_progress);
+  else
+    need_views(input, job.threads);
   CalibrationAnswer answer;
   answer.seconds.read = watch.seconds();
   std::optional<Progress> progress;
   if (job.shows_progress) progress.emplace("calibrating");
   CalibrateOptions options = job.options;
   options.num_threads = static_cast<std::size_t>(job.threads);
-  answer.calibration = naming_options([&] { return calibrate(input.dataset, options); });
+  answer.calibration = calibrate_or_refuse(input, options);
   if (job.select > 0)
     answer.selection = select_and_calibrate(job, options, input, answer.calibration);
   progress.reset();
   if (job.refine_corners) calibrate_again(job, options, input, answer);
   std::vector<Finding> findings;
-  for (const std::string& warning : input.warnings) add(findings, code::input, warning);
+  for (const std::string& warning : input.warnings)
+    if (!is_said(answer.calibration, warning)) add(findings, code::input, warning);
   auto& all = answer.calibration.findings;
   all.insert(all.begin(), findings.begin(), findings.end());
   answer.corner_error_px = input.corner_error_px;

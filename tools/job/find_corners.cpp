@@ -10,14 +10,13 @@
 #include "job/messages.hpp"
 #include "job/outputs.hpp"
 #include "job/progress.hpp"
+#include "tagcal/detect/explain.hpp"
 #include "tagcal/detect/families.hpp"
 #include "tagcal/detect/refine_views.hpp"
 #include "tagcal/error.hpp"
 
 namespace tagcal::tools {
 namespace {
-
-constexpr int kMinCorners = 12;
 
 EarlierResults earlier_results(const Input& input, std::optional<CornerCache>& cache) {
   return {[&](std::size_t i) {
@@ -91,7 +90,8 @@ void detect_views(Input& input, int threads, bool shows_progress, const Camera* 
       });
   progress.reset();
   if (cache) save(*cache, input, shows_progress);
-  std::vector<std::string> warnings = board_warnings(input.images, found, boards, options);
+  input.mistakes = target_mistakes(input.images, found, boards, options);
+  std::vector<std::string> warnings = board_warnings(boards, input.mistakes);
   take_over(std::move(found), std::move(warnings), input);
 }
 
@@ -123,10 +123,10 @@ void find_views(Input& input, int threads, bool shows_progress, const Camera* ca
 void need_views(Input& input, int threads, bool shows_progress) {
   find_views(input, threads, shows_progress);
   const int corners = num_corners(input.dataset.views);
-  if (corners < kMinCorners) {
+  if (corners < kFewestCorners) {
     throw Error(fmt::format("{}: must have {} corners or more in all, got {}",
                             input.observations.empty() ? input.name : input.observations,
-                            kMinCorners, corners));
+                            kFewestCorners, corners));
   }
 }
 

@@ -23,7 +23,9 @@ void detect_views(Input& input, int threads, bool shows_progress = true,
 void find_views(Input& input, int threads, bool shows_progress = true,
                 const Camera* camera = nullptr);
 
-// The same for a calibration: throws Error for fewer than 12 corners in all.
+constexpr int kFewestCorners = 12;  // in all, of a calibration
+
+// The same; throws Error for fewer corners than that.
 void need_views(Input& input, int threads, bool shows_progress = true);
 
 // Fits the corners of the views in their pictures again, with a known lens. Tags that cannot be

@@ -154,10 +154,9 @@ void add_input(CLI::App& command, InputArguments& arguments) {
 
 void add_picture_options(CLI::App& command, InputArguments& arguments) {
   arguments.takes_pictures = true;
-  add_positive(
-      command, "--tag-size", arguments.tag_size_m,
-      "side of the tags in metres, black edge to black edge, if --target is a field layout "
-      "of WPILib, which does not state it (0.1651)");
+  add_length(command, "--tag-size", arguments.tag_size_m,
+             "side of the tags in metres, black edge to black edge, if --target is a field layout "
+             "of WPILib, which does not state it (0.1651)");
   add_option(command, "--refinement", arguments.refinement,
              "how corners are located in pictures: fit (of the whole printed tag, with "
              "covariances; the default), edges (of its four sides) or stock (AprilTag's own)")

@@ -48,6 +48,7 @@ struct Input {
   Refinement refinement = DetectOptions().refinement;
   std::vector<std::vector<UnfittedTag>> unfitted;  // of each view, if detected
   double corner_error_px = 0;                      // as in DetectedPicture
+  std::vector<TargetMistake> mistakes;             // that the pictures show
   std::vector<std::string> warnings;
 };
 

@@ -5,6 +5,8 @@
 #include <glob.h>
 
 #include <algorithm>
+#include <cctype>
+#include <iterator>
 #include <set>
 #include <utility>
 
@@ -33,8 +35,22 @@ std::vector<fs::path> matches_of(const std::string& pattern) {
   return files;
 }
 
+// Endings of pictures, videos and bags that are not read, which people have beside pictures: they
+// are opened for the message that names them and says what to do.
+bool is_unread_kind(const fs::path& file) {
+  constexpr std::string_view kKinds[] = {".heic", ".heif", ".avif", ".gif",  ".jp2", ".jxl",
+                                         ".cr3",  ".raf",  ".mp4",  ".mov",  ".avi", ".mkv",
+                                         ".webm", ".bag",  ".db3",  ".mcap", ".m4v"};
+  std::string ending = file.extension().string();
+  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  return std::ranges::find(kKinds, ending) != std::end(kKinds);
+}
+
 std::vector<fs::path> pictures_in(const fs::path& folder) {
   std::vector<fs::path> files = list_pictures(folder);
+  for (const auto& entry : fs::directory_iterator(folder))
+    if (is_unread_kind(entry.path()) && entry.is_regular_file()) files.push_back(entry.path());
+  std::ranges::sort(files);
   if (!files.empty()) return files;
   const bool is_data_set = fs::exists(folder / "dataset.yaml");
   throw Error(fmt::format(

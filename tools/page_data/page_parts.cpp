@@ -12,6 +12,7 @@
 #include "job/shown_parameters.hpp"
 #include "job/terminal.hpp"
 #include "job/warning_groups.hpp"
+#include "report/calibration_report.hpp"
 #include "tagcal/uncertainty/projection_uncertainty.hpp"
 #include "tagcal/version.hpp"
 
@@ -162,10 +163,10 @@ PageJson halves_json(const std::optional<HalvesCheck>& halves) {
   return {{"ratio", significant(halves->ratio)},
           {"disagree", halves->disagree},
           {"sentence",
-           fmt::format("Two halves of the views {}: their projections differ by {} px, {:.2f} of "
-                       "what noise explains.",
-                       halves->disagree ? "disagree" : "agree", two_digits(halves->difference_px),
-                       halves->ratio)}};
+           fmt::format("Cross-check: {} {}; their projections differ by {} px, {:.2f} of what "
+                       "noise explains.",
+                       halves_text(*halves), halves->disagree ? "disagree" : "agree",
+                       two_digits(halves->difference_px), halves->ratio)}};
 }
 
 }  // namespace tagcal::tools

@@ -76,7 +76,8 @@ Json projection_json(const Calibration& calibration) {
 
 Json halves_json(const std::optional<HalvesCheck>& halves) {
   if (!halves) return nullptr;
-  return {{"difference_px", halves->difference_px},
+  return {{"source", halves->source.empty() ? Json() : Json(halves->source)},
+          {"difference_px", halves->difference_px},
           {"predicted_px", halves->predicted_px},
           {"ratio", halves->ratio},
           {"disagree", halves->disagree}};

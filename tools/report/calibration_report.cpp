@@ -151,9 +151,10 @@ std::string projection_text(const Calibration& calibration, const SummaryOptions
   const auto& warp = calibration.board_warp;
   if (warp && (options.board || is_significant(*warp))) text += board_text(*warp);
   if (options.verbose && calibration.halves)
-    text += fmt::format(
-        "halves     two halves of the views {} (difference {:.2f} of the expected noise)\n",
-        calibration.halves->disagree ? "disagree" : "agree", calibration.halves->ratio);
+    text +=
+        fmt::format("halves     {} {} (difference {:.2f} of the expected noise)\n",
+                    halves_text(*calibration.halves),
+                    calibration.halves->disagree ? "disagree" : "agree", calibration.halves->ratio);
   return text;
 }
 
@@ -223,6 +224,12 @@ std::string time_text(const CalibrationAnswer& answer) {
 std::string verdict_sentence(const Calibration& calibration, bool chosen) {
   if (!is_answer(calibration.status)) return "NO ANSWER: " + reason_for_no_answer(calibration);
   return "OK" + number_of_warnings(calibration.findings) + ": " + extent_of(calibration, chosen);
+}
+
+std::string halves_text(const HalvesCheck& halves) {
+  return halves.source.empty()
+             ? "two halves of the views"
+             : fmt::format("the pictures of {} and the other pictures", halves.source);
 }
 
 std::string noise_sentence(const Calibration& calibration) {

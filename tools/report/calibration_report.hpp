@@ -21,6 +21,9 @@ std::string advice_sentence(const std::optional<AdvisedView>& advice);
 // "OK, 1 warning: opencv4 (chosen), 12 pictures, ..", or "NO ANSWER: " and the reason.
 std::string verdict_sentence(const Calibration& calibration, bool chosen);
 
+// Whose lenses the cross-check compares.
+std::string halves_text(const HalvesCheck& halves);
+
 // Where the noise of the corners comes from, and how large it is.
 std::string noise_sentence(const Calibration& calibration);
 

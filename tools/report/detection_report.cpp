@@ -96,14 +96,15 @@ std::string unfitted_text(const std::vector<Picture>& pictures) {
 }
 
 std::string verdict(std::size_t num_showing, std::size_t num_pictures, const std::string& what,
-                    const std::string& found) {
+                    const std::string& found, bool is_doubtful = false) {
   if (num_showing == 0) {
     return toned(Tone::bad, "NOTHING FOUND: ") +
            (num_pictures == 1 ? what + " is not in the picture\n"
                               : fmt::format("{} is in none of {} pictures\n", what, num_pictures));
   }
   const bool is_all = num_showing == num_pictures;
-  return wrapped(toned(is_all ? Tone::good : Tone::caution, is_all ? "OK:" : "PARTLY:") + " ",
+  const std::string_view word = is_doubtful ? "DOUBTFUL:" : is_all ? "OK:" : "PARTLY:";
+  return wrapped(toned(word == "OK:" ? Tone::good : Tone::caution, word) + " ",
                  fmt::format("{} of {} {} {}: {}", num_showing, counted(num_pictures, "picture"),
                              num_showing == 1 ? "shows" : "show", what, found),
                  kIndent);
@@ -133,8 +134,10 @@ std::string detection_summary(const Input& input, bool verbose) {
   if (unit.is_tag)
     found = counted(static_cast<std::size_t>(num_tags(input.dataset.views)), "tag") + ", " + found;
 
-  std::string text =
-      verdict(pictures.size() - nothing.size(), pictures.size(), "the target", found);
+  std::string text = verdict(pictures.size() - nothing.size(), pictures.size(), "the target", found,
+                             !input.mistakes.empty());
+  if (!input.mistakes.empty())
+    text += wrapped("mistake    ", input.mistakes.front().text(), kIndent);
   if (!nothing.empty() && nothing.size() < pictures.size())
     text += wrapped("nothing    ", some_of(nothing), kIndent);
   text += fewest_text(pictures, unit) + unfitted_text(pictures);

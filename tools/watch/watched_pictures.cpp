@@ -7,6 +7,7 @@
 
 #include "job/digest.hpp"
 #include "job/progress.hpp"
+#include "tagcal/detect/explain.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/image_file.hpp"
 #include "watch/no_board.hpp"
@@ -127,7 +128,8 @@ std::vector<DetectedPicture> WatchedPictures::detect(const std::vector<Search>& 
   Progress progress("detecting", static_cast<int>(pictures.size()));
   std::vector<DetectedPicture> found =
       detect_all(images, boards_, options, [&](int done, int) { progress.update(done); });
-  const std::vector<std::string> warnings = board_warnings(images, found, boards_, options);
+  const std::vector<std::string> warnings =
+      board_warnings(boards_, target_mistakes(images, found, boards_, options));
   general_.insert(warnings.begin(), warnings.end());
   return found;
 }

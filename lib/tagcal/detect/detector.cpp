@@ -6,10 +6,9 @@
 #include <algorithm>
 #include <tuple>
 
-#include "tagcal/detect/board_search/board_symmetry.hpp"
 #include "tagcal/detect/board_search/corner_error.hpp"
+#include "tagcal/detect/board_search/tag_count.hpp"
 #include "tagcal/detect/board_search/tag_search.hpp"
-#include "tagcal/detect/board_search/wrong_border.hpp"
 #include "tagcal/detect/checker_search/checker_finder.hpp"
 #include "tagcal/detect/circle_search/circle_finder.hpp"
 #include "tagcal/detect/tag_fit/image_filters.hpp"
@@ -207,16 +206,6 @@ std::vector<DetectedPicture> detect_all(const std::vector<ImageSource>& images,
   const double error = add_corner_error(views, boards);
   for (DetectedPicture& picture : pictures) picture.corner_error_px = error;
   return pictures;
-}
-
-std::vector<std::string> board_warnings(const std::vector<ImageSource>& images,
-                                        const std::vector<DetectedPicture>& found,
-                                        const std::vector<PlacedBoard>& boards,
-                                        const DetectOptions& options) {
-  std::vector<std::string> warnings = symmetry_warnings(boards);
-  for (std::string& warning : wrong_border_warnings(images, found, boards, options))
-    warnings.push_back(std::move(warning));
-  return warnings;
 }
 
 std::vector<View> views_of(const std::vector<DetectedPicture>& pictures) {

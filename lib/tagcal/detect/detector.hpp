@@ -24,14 +24,6 @@ std::vector<DetectedPicture> detect_all(const std::vector<ImageSource>& images,
                                         const DetectOptions& options = {},
                                         const std::function<void(int, int)>& progress = {});
 
-// Warnings about the boards that need all pictures, as detect_all() answered them: boards that look
-// the same after a turn, and pictures that show tags with another border than the boards'
-// (then some are searched again).
-std::vector<std::string> board_warnings(const std::vector<ImageSource>& images,
-                                        const std::vector<DetectedPicture>& found,
-                                        const std::vector<PlacedBoard>& boards,
-                                        const DetectOptions& options = {});
-
 // The views of a data set.
 std::vector<View> views_of(const std::vector<DetectedPicture>& pictures);
 

@@ -2,36 +2,33 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/LU>
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <optional>
+#include <set>
 
 #include "tagcal/detect/apriltag/kind_search.hpp"
 #include "tagcal/detect/board_search/board_symmetry.hpp"
 #include "tagcal/detect/board_search/tag_search.hpp"
-#include "tagcal/detect/board_search/wrong_border.hpp"
 #include "tagcal/detect/checker_search/checker_finder.hpp"
 #include "tagcal/detect/circle_search/circle_finder.hpp"
-#include "tagcal/detect/detector.hpp"
-#include "tagcal/detect/families.hpp"
+#include "tagcal/detect/mistakes/grid_size.hpp"
+#include "tagcal/detect/mistakes/tag_kinds.hpp"
+#include "tagcal/detect/mistakes/tag_layout.hpp"
 #include "tagcal/detect/policy/policy.hpp"
 #include "tagcal/detect/tag_fit/image_filters.hpp"
-#include "tagcal/detect/tag_fit/quad.hpp"
-#include "tagcal/internal/overloaded.hpp"
-#include "tagcal/solvers/numeric/statistics.hpp"
-#include "tagcal/solvers/plane.hpp"
+#include "tagcal/error.hpp"
+#include "tagcal/internal/parallel.hpp"
 
 namespace tagcal {
 using namespace internal;
 namespace {
 
-using Eigen::Vector2d;
-
 constexpr int kSmallestTagPx = 20;  // side that a tag should have
 // px. A picture with a shorter side that shows no tag is called too small: a board hardly fits in.
 constexpr int kSmallPictureSidePx = 8 * kSmallestTagPx;
+// numeric: pictures that are looked at for mistakes of the target file, which all of them show.
+constexpr std::size_t kProbes = 3;
 
 std::vector<int> ids_of(const std::vector<FoundTag>& tags) {
   std::vector<int> ids;
@@ -40,42 +37,13 @@ std::vector<int> ids_of(const std::vector<FoundTag>& tags) {
   return ids;
 }
 
-Image8 mirrored(const ImageView8& image) {
-  Image8 result(image.size());
-  for (int y = 0; y < image.height(); ++y)
-    std::reverse_copy(image.row(y), image.row(y) + image.width(), result.row(y));
-  return result;
-}
-
-Image8 inverted(const ImageView8& image) {
-  Image8 result(image.size());
-  for (int y = 0; y < image.height(); ++y)
-    std::transform(image.row(y), image.row(y) + image.width(), result.row(y),
-                   [](std::uint8_t level) { return static_cast<std::uint8_t>(255 - level); });
-  return result;
-}
-
-// The tags of all kinds that the library knows, without those that were probably misread.
-std::vector<SeenKind> sure_kinds(const ImageView8& image, KindsInPicture seen) {
-  std::vector<SeenKind> kinds;
-  for (TagsOfKind& of_kind : seen.kinds) {
-    const auto& [family, border_bits] = of_kind.kind;
-    const TagFamily patterns = tag_family(family, border_bits);
-    std::erase_if(of_kind.tags,
-                  [&](const FoundTag& tag) { return !is_sure(image, tag, patterns); });
-    if (!of_kind.tags.empty()) kinds.push_back({family, border_bits, ids_of(of_kind.tags)});
-  }
-  return kinds;
-}
-
-bool is_kind(const SeenKind& seen, const TagKind& kind) {
-  return seen.family == kind.family && seen.border_bits == kind.border_bits;
-}
-
-// Number of tags of a kind in a picture.
-int count_in(const ImageView8& image, const TagKind& kind) {
-  const KindsInPicture seen = search_kinds(image, {kind});
-  return seen.kinds.empty() ? 0 : static_cast<int>(seen.kinds.front().tags.size());
+SeenQuads quads_of(const std::vector<FoundTag>& tags) {
+  SeenQuads quads;
+  std::set<int> repeated;
+  for (const FoundTag& tag : tags)
+    if (!quads.emplace(tag.id, tag.corners).second) repeated.insert(tag.id);
+  for (const int id : repeated) quads.erase(id);
+  return quads;
 }
 
 // The picture at the size at which detection searches it first.
@@ -83,41 +51,6 @@ Image8 at_first_size(const ImageView8& image) {
   Image8 result = part_of(image, {0, 0, image.size()});
   for (int i = 0; i < num_halvings(image.size()); ++i) result = halved(result);
   return result;
-}
-
-// The centre of another tag in the frame of this one: origin at its centre, unit its side.
-std::optional<Vector2d> centre_seen_from(const Quad& from, const Quad& other) {
-  constexpr double h = 1.0 / 2;
-  const Vector2d corners[4] = {{-h, -h}, {h, -h}, {h, h}, {-h, h}};
-  Eigen::Vector3d rays[4];
-  const Vector2d middle = centre_of(from);
-  for (std::size_t i = 0; i < 4; ++i) rays[i] = (from[i] - middle).homogeneous();
-  const auto pixels_from_tag = homography(corners, rays);
-  if (!pixels_from_tag) return std::nullopt;
-  // The diagonals meet at the centre, under perspective too.
-  const auto line = [&](std::size_t a, std::size_t b) {
-    return Eigen::Vector3d((other[a] - middle).homogeneous())
-        .cross(Eigen::Vector3d((other[b] - middle).homogeneous()));
-  };
-  return (pixels_from_tag->inverse() * line(0, 2).cross(line(1, 3))).hnormalized();
-}
-
-// Median of the gaps between neighbouring tags in the picture, in sides of a tag.
-std::optional<double> measured_spacing(const AprilGrid& grid, const std::map<int, Quad>& seen) {
-  std::vector<double> gaps;
-  for (const auto& [id, quad] : seen) {
-    const int place = id - grid.first_id;
-    const auto add = [&, &quad = quad](int next, Eigen::Index along) {
-      const auto it = seen.find(next);
-      if (it == seen.end()) return;
-      if (const auto there = centre_seen_from(quad, it->second))
-        gaps.push_back((*there)[along] - 1);
-    };
-    if (place % grid.columns != grid.columns - 1) add(id + 1, 0);
-    add(id + grid.columns, 1);
-  }
-  if (gaps.size() < 3) return std::nullopt;  // of three, one may be wrong
-  return median(std::move(gaps));
 }
 
 class Explainer {
@@ -129,33 +62,45 @@ class Explainer {
 
   Explanation run() {
     if (std::min(image_.width(), image_.height()) < kMinPictureSidePx) {
-      result_.mistakes.push_back(small_text());
+      add(small_picture());
       return result_;
     }
     find_kinds();
     for (const PlacedBoard& placed : boards_) {
       if (point_kind(placed.board) == PointKind::tag_corner) explain_board(placed.board);
+      if (tag_kind(placed.board) && checkers(placed.board)) explain_markers(placed.board);
     }
     explain_checkers();
     explain_circles();
     std::ranges::sort(result_.reported);
     std::ranges::sort(result_.not_reported, {}, &NotReported::id);
     if (result_.reported.empty() && std::min(image_.width(), image_.height()) < kSmallPictureSidePx)
-      result_.mistakes.push_back(small_text());
+      add(small_picture());
     return result_;
   }
 
+  const std::vector<TargetMistake>& mistakes() const { return mistakes_; }
+
  private:
+  void add(TargetMistake mistake) {
+    if (!mistake.needs_others) result_.mistakes.push_back(mistake.text());
+    mistakes_.push_back(std::move(mistake));
+  }
+
   // A large picture is searched at its full size only if it shows nothing at the first one.
   void find_kinds() {
     search_for_kinds(first_size_);
-    if (result_.decoded.empty() && first_size_.size() != image_.size()) search_for_kinds(image_);
+    if (sure_.empty() && first_size_.size() != image_.size()) search_for_kinds(image_);
+    for (const TagsOfKind& seen : sure_)
+      result_.decoded.push_back({seen.kind.family, seen.kind.border_bits, ids_of(seen.tags)});
   }
 
   void search_for_kinds(const ImageView8& searched) {
-    KindsInPicture seen = search_kinds(searched, all_kinds());
+    KindsInPicture seen = search_kinds(searched, kinds_beside(boards_));
     result_.quads = seen.quads;
-    result_.decoded = sure_kinds(searched, std::move(seen));
+    read_ = seen.kinds;
+    sure_ = std::move(seen.kinds);
+    keep_sure(searched, sure_);
   }
 
   void explain_board(const Board& board) {
@@ -163,10 +108,22 @@ class Explainer {
     const SeenTags seen = finder.find(image_);
     const Completion& completion = seen.completions.front();
     report(completion, seen.repeated);
-    name_mistakes(tag_kind(board).value(), completion, seen.strange.size());
-    std::visit(Overloaded{[&](const AprilGrid& grid) { name_wrong_spacing(grid, completion); },
-                          [](const auto&) {}},
-               board.pattern);
+    name_mistakes(board, seen);
+    for (TargetMistake& mistake : layout_mistakes(board, quads_of(completion.tags)))
+      add(std::move(mistake));
+  }
+
+  // The markers of a ChArUco board, at the size of the picture that shows them.
+  void explain_markers(const Board& board) {
+    const TagKind wanted = tag_kind(board).value();
+    const auto read = std::ranges::find_if(
+        read_, [&](const TagsOfKind& seen) { return seen.kind.family == wanted.family; });
+    const bool nothing_read = read == read_.end();
+    if (auto mistake = kind_mistake(first_size_, board, sure_, nothing_read))
+      return add(std::move(*mistake));
+    if (nothing_read) return;
+    for (TargetMistake& mistake : layout_mistakes(board, quads_of(read->tags)))
+      add(std::move(mistake));
   }
 
   void explain_checkers() {
@@ -181,6 +138,7 @@ class Explainer {
                             squares.columns, squares.rows, seen[i].corners.size(),
                             squares.columns * squares.rows)
               : why_not_text(seen[i], board));
+      if (auto mistake = grid_size_mistake(seen[i], board)) add(std::move(*mistake));
     }
   }
 
@@ -204,75 +162,116 @@ class Explainer {
     for (const int id : repeated) result_.not_reported.push_back({id, twice});
   }
 
-  void name_mistakes(const TagKind& wanted, const Completion& completion, std::size_t strange) {
-    if (completion.tags.empty() && strange > 0) {
-      result_.mistakes.push_back(
-          fmt::format("wrong ids: {} tags of {} are in the picture, none of them is on the target; "
-                      "correct the ids in the target file",
-                      strange, wanted.family));
-    } else {
-      name_wrong_kind(wanted, completion.tags.empty());
+  void name_mistakes(const Board& board, const SeenTags& seen) {
+    const std::set<int>& strange = seen.strange;
+    const bool nothing_found = seen.completions.front().tags.empty() && seen.repeated.empty();
+    if (nothing_found && !strange.empty()) {
+      const std::vector<Tag> tags = tags_of(board);
+      const auto [least, most] = std::ranges::minmax_element(tags, {}, &Tag::id);
+      return add(
+          {"wrong ids",
+           fmt::format("{} tags of {} with ids from {} to {} are in the picture, none of them "
+                       "is on the target, whose ids run from {} to {}; correct the ids in "
+                       "the target file (first_id)",
+                       strange.size(), tag_kind(board)->family, *strange.begin(), *strange.rbegin(),
+                       least->id, most->id),
+           true});
     }
+    if (auto mistake = kind_mistake(first_size_, board, sure_, nothing_found))
+      add(std::move(*mistake));
   }
 
-  // Tags printed with one border are often read as tags with the other, but with wrong cells.
-  void name_wrong_kind(const TagKind& wanted, bool nothing_found) {
-    int of_target = 0;
-    for (const SeenKind& kind : result_.decoded)
-      if (is_kind(kind, wanted)) of_target = static_cast<int>(kind.ids.size());
-    bool named = false;
-    for (const SeenKind& kind : result_.decoded) {
-      const int n = static_cast<int>(kind.ids.size());
-      const bool is_border = kind.family == wanted.family;
-      if (is_kind(kind, wanted) || !shows_other_kind(n, of_target)) continue;
-      if (!nothing_found && !is_border) continue;  // tags of another object
-      named = true;
-      result_.mistakes.push_back(fmt::format(
-          "wrong {}: {} tags of {} with border_bits {} are in the picture, but the "
-          "target file says {}; correct the target file",
-          is_border ? "border" : "family", n, kind.family, kind.border_bits,
-          is_border ? fmt::format("border_bits {}", wanted.border_bits) : wanted.family));
-    }
-    if (named || !nothing_found) return;
-    if (const int n = count_in(mirrored(first_size_), wanted); shows_other_kind(n, 0))
-      result_.mistakes.push_back(fmt::format(
-          "mirrored picture: {} tags are read after mirroring it; mirror the picture back", n));
-    if (const int n = count_in(inverted(first_size_), wanted); shows_other_kind(n, 0))
-      result_.mistakes.push_back(
-          fmt::format("inverted picture: {} tags are read after exchanging black and white; invert "
-                      "the picture back",
-                      n));
-  }
-
-  void name_wrong_spacing(const AprilGrid& grid, const Completion& completion) {
-    std::map<int, Quad> seen;
-    for (const FoundTag& tag : completion.tags) seen[tag.id] = tag.corners;
-    const std::optional<double> spacing = measured_spacing(grid, seen);
-    if (!spacing || std::abs(*spacing - grid.tag_spacing) < policy::kSpacingTolerance) return;
-    const bool metres =
-        std::abs(grid.tag_spacing / grid.tag_size - *spacing) < policy::kSpacingTolerance;
-    result_.mistakes.push_back(fmt::format(
-        "wrong tag spacing: the gap is {:.2f} of a tag's side in the picture, {:.4g} in the "
-        "target file{}; correct the target file",
-        *spacing, grid.tag_spacing,
-        metres ? ", which looks like metres, but must be gap / tag size" : ""));
-  }
-
-  std::string small_text() const {
-    return fmt::format("picture too small: {}x{} pixels; a tag needs about {} pixels along a side",
-                       image_.width(), image_.height(), kSmallestTagPx);
+  TargetMistake small_picture() const {
+    return {"picture too small",
+            fmt::format("{}x{} pixels; a tag needs about {} pixels along a side", image_.width(),
+                        image_.height(), kSmallestTagPx)};
   }
 
   ImageView8 image_;
   Image8 first_size_;
   const std::vector<PlacedBoard>& boards_;
+  std::vector<TagsOfKind> read_, sure_;  // tags of each kind, surely of it
+  std::vector<TargetMistake> mistakes_;
   Explanation result_;
 };
+
+// True if the picture shows less of the boards than it should, or tags at other places.
+bool is_suspicious(const DetectedPicture& found, const std::vector<PlacedBoard>& boards) {
+  if (!found.unreadable.empty()) return false;
+  if (found.num_unread > found.num_sure) return true;
+  const SeenQuads quads = internal::quads_of(found.view);
+  std::size_t points = 0;
+  for (const PlacedBoard& placed : boards) {
+    const PointKind kind = point_kind(placed.board);
+    if (kind == PointKind::checker_corner) points += target_points(placed.board).size();
+    if (kind == PointKind::tag_corner && boards.size() == 1 &&
+        !layout_mistakes(placed.board, quads).empty())
+      return true;
+  }
+  return static_cast<double>(found.view.observations.size()) <
+         policy::kSuspiciousShare * static_cast<double>(points);
+}
+
+std::vector<std::size_t> evenly_spread(const std::vector<std::size_t>& all, std::size_t n) {
+  if (all.size() <= n) return all;
+  std::vector<std::size_t> some;
+  for (std::size_t i = 0; i < n; ++i) some.push_back(all[i * (all.size() - 1) / (n - 1)]);
+  return some;
+}
+
+// The mistakes that most of the pictures show, and how many show each.
+std::vector<TargetMistake> common_mistakes(const std::vector<std::vector<TargetMistake>>& shown) {
+  std::vector<TargetMistake> common;
+  std::set<std::string> names;
+  for (const auto& of_picture : shown)
+    for (const TargetMistake& mistake : of_picture) {
+      if (names.contains(mistake.name)) continue;
+      const auto count = std::ranges::count_if(shown, [&](const auto& others) {
+        return std::ranges::any_of(others, [&](const TargetMistake& other) {
+          return other.name == mistake.name &&
+                 (!mistake.needs_others || other.sentence == mistake.sentence);
+        });
+      });
+      if (2 * count <= std::ssize(shown)) continue;
+      if (mistake.needs_others && count < static_cast<std::ptrdiff_t>(kProbes)) continue;
+      names.insert(mistake.name);
+      common.push_back(mistake);
+    }
+  return common;
+}
 
 }  // namespace
 
 Explanation explain(const ImageView8& image, const std::vector<PlacedBoard>& boards) {
   return Explainer(PictureWithoutMosaic(image).pixels, boards).run();
+}
+
+std::vector<TargetMistake> target_mistakes(const std::vector<ImageSource>& images,
+                                           const std::vector<DetectedPicture>& found,
+                                           const std::vector<PlacedBoard>& boards,
+                                           const DetectOptions& options) {
+  std::vector<std::size_t> suspicious;
+  for (std::size_t i = 0; i < found.size(); ++i)
+    if (is_suspicious(found[i], boards)) suspicious.push_back(i);
+  if (2 * suspicious.size() <= found.size()) return {};
+  const std::vector<std::size_t> probes = evenly_spread(suspicious, kProbes);
+  std::vector<std::vector<TargetMistake>> shown(probes.size());
+  parallel_for(probes.size(), options.threads, [&](std::size_t i) {
+    const Image8 image = images[probes[i]].load();
+    const PictureWithoutMosaic picture(image);
+    Explainer explainer(picture.pixels, boards);
+    explainer.run();
+    shown[i] = explainer.mistakes();
+  });
+  return common_mistakes(shown);
+}
+
+std::vector<std::string> board_warnings(const std::vector<PlacedBoard>& boards,
+                                        const std::vector<TargetMistake>& mistakes) {
+  std::vector<std::string> warnings = symmetry_warnings(boards);
+  for (const TargetMistake& mistake : mistakes)
+    warnings.push_back("the pictures and the target file do not agree: " + mistake.text());
+  return warnings;
 }
 
 }  // namespace tagcal

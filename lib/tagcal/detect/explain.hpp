@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "tagcal/detect/types.hpp"
 #include "tagcal/scene/dataset.hpp"
 #include "tagcal/scene/image.hpp"
 
@@ -35,5 +36,16 @@ struct Explanation {
 // Searches a picture for all families and borders, mirrored and inverted too, and measures the
 // spacing of the tags found. Costs two to three times as much as detect().
 Explanation explain(const ImageView8& image, const std::vector<PlacedBoard>& boards);
+
+// Mistakes of the target file that most of the pictures show, as detect_all() answered them. If
+// more than half of them show little of the boards, or tags at other places, a few are explained.
+std::vector<TargetMistake> target_mistakes(const std::vector<ImageSource>& images,
+                                           const std::vector<DetectedPicture>& found,
+                                           const std::vector<PlacedBoard>& boards,
+                                           const DetectOptions& options = {});
+
+// Warnings about the boards: those that look the same after a turn, and the mistakes.
+std::vector<std::string> board_warnings(const std::vector<PlacedBoard>& boards,
+                                        const std::vector<TargetMistake>& mistakes);
 
 }  // namespace tagcal

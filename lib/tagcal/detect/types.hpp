@@ -47,6 +47,17 @@ struct DetectedPicture {
   std::string unreadable;  // why it could not be loaded; the rest is empty then
 };
 
+// A mistake in a target file, or in the way a picture was made, that pictures show.
+struct TargetMistake {
+  std::string name;            // "wrong border"
+  std::string sentence;        // what the picture shows, what the file says, what to write
+  bool moves_corners = false;  // corners found with this file have wrong numbers or places
+  // Only several pictures that show the same make it a mistake: one may show a part of the board.
+  bool needs_others = false;
+
+  std::string text() const { return name + ": " + sentence; }
+};
+
 // Results that a program kept from an earlier run on the same pictures, with the same boards and
 // options. The functions are called from worker threads, with the picture's index.
 struct EarlierResults {

@@ -97,6 +97,44 @@ Calibration calibrate_input(CalibrationInput& input, const CalibrateOptions& opt
   return c;
 }
 
+// The data set with left-handed coordinates of its measured points; no value if it has other
+// boards.
+std::optional<Dataset> with_mirrored_points(const Dataset& dataset) {
+  Dataset mirrored = dataset;
+  for (PlacedBoard& placed : mirrored.boards) {
+    auto* const points = std::get_if<Points>(&placed.board.pattern);
+    if (!points) return std::nullopt;
+    for (TargetPoint& point : points->points) point.position.x() *= -1;
+  }
+  return mirrored;
+}
+
+Calibration calibrate_dataset(const Dataset& dataset, const CalibrateOptions& options) {
+  const std::optional<FlatBoard> board = flat_board(dataset);
+  if (options.board_warp && !board)
+    throw Error("board_warp: needs exactly one board, and a flat one");
+  CalibrationInput input = calibration_input(dataset, options);
+  input.board = board;
+  const bool is_weak_asked = !is_auto(options) && is_weak(Model::named(options.model));
+  Calibration result =
+      is_weak_asked ? calibrate_weak(input, options) : calibrate_input(input, options);
+  result.model_error_px = input.model_error_px;
+  result.outliers.insert(result.outliers.end(), input.rejected.begin(), input.rejected.end());
+  return result;
+}
+
+// Says so if measured points fit in their mirror image only: then their axes are left-handed, or a
+// coordinate has the wrong sign.
+void test_mirror_image(const Dataset& dataset, const CalibrateOptions& options,
+                       Calibration& result) {
+  if (result.status != Status::no_consensus) return;
+  const std::optional<Dataset> mirrored = with_mirrored_points(dataset);
+  if (!mirrored || !is_answer(calibrate_dataset(*mirrored, options).status)) return;
+  std::ranges::find(result.findings, Severity::refusal, &Finding::severity)->sentence =
+      "the points of the target fit only in their mirror image: change the sign of one coordinate "
+      "of all points, so that x, y and z are right-handed";
+}
+
 }  // namespace
 
 void check_options(const CalibrateOptions& options) {
@@ -116,16 +154,11 @@ Calibration calibrate(const Dataset& dataset, const CalibrateOptions& options) {
   check_options(options);
   if (options.start && options.start->image_size != dataset.image_size)
     throw Error("start: must have the image size of the data set");
-  const std::optional<FlatBoard> board = flat_board(dataset);
-  if (options.board_warp && !board)
-    throw Error("board_warp: needs exactly one board, and a flat one");
-  CalibrationInput input = calibration_input(dataset, options);
-  input.board = board;
-  const bool is_weak_asked = !is_auto(options) && is_weak(Model::named(options.model));
-  Calibration result =
-      is_weak_asked ? calibrate_weak(input, options) : calibrate_input(input, options);
-  result.model_error_px = input.model_error_px;
-  result.outliers.insert(result.outliers.end(), input.rejected.begin(), input.rejected.end());
+  if (!options.sources.empty() && options.sources.size() != dataset.views.size())
+    throw Error("sources: must name the source of each of " + std::to_string(dataset.views.size()) +
+                " views, got " + std::to_string(options.sources.size()));
+  Calibration result = calibrate_dataset(dataset, options);
+  test_mirror_image(dataset, options, result);
   result.seconds.total = stopwatch.seconds();
   return result;
 }

@@ -77,6 +77,7 @@ inline constexpr FindingCode perspective_seen{"perspective_seen", Severity::warn
 inline constexpr FindingCode residuals_biased{"residuals_biased", Severity::warning};
 inline constexpr FindingCode residuals_correlated{"residuals_correlated", Severity::warning};
 inline constexpr FindingCode halves_disagree{"halves_disagree", Severity::warning};
+inline constexpr FindingCode sources_disagree{"sources_disagree", Severity::warning};
 inline constexpr FindingCode pole_in_image{"pole_in_image", Severity::warning};
 inline constexpr FindingCode fold_in_image{"fold_in_image", Severity::warning};
 

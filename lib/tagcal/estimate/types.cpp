@@ -2,7 +2,25 @@
 
 #include <array>
 
+#include "tagcal/error.hpp"
+
 namespace tagcal {
+namespace {
+
+const Pose& likeliest(Status status, const std::vector<PoseHypothesis>& hypotheses) {
+  if (!is_answer(status) || hypotheses.empty())
+    throw Error("camera_from_target: there is no answer, the status is " +
+                std::string(status_name(status)) + "; test is_answer(status) first");
+  return hypotheses.front().camera_from_target;
+}
+
+}  // namespace
+
+const Pose& PoseEstimate::camera_from_target() const { return likeliest(status, hypotheses); }
+
+const Pose& PoseAndFocalEstimate::camera_from_target() const {
+  return likeliest(status, hypotheses);
+}
 
 std::string_view status_name(Status status) {
   switch (status) {

@@ -88,8 +88,7 @@ struct PoseEstimate {
   double sigma_px = 0;                     // noise per coordinate behind the covariance
   std::vector<Finding> findings;
 
-  // The likeliest pose. Precondition: is_answer(status).
-  const Pose& camera_from_target() const { return hypotheses.front().camera_from_target; }
+  const Pose& camera_from_target() const;  // the likeliest; throws Error without an answer
 };
 
 struct PoseAndFocalOptions : PoseOptions {
@@ -116,8 +115,7 @@ struct PoseAndFocalEstimate {
   double sigma_px = 0;                // noise per coordinate behind the covariance
   std::vector<Finding> findings;
 
-  // Precondition: is_answer(status).
-  const Pose& camera_from_target() const { return hypotheses.front().camera_from_target; }
+  const Pose& camera_from_target() const;  // the likeliest; throws Error without an answer
 };
 
 struct CalibrateOptions {
@@ -136,6 +134,9 @@ struct CalibrateOptions {
   // `auto` takes the smallest model whose projection differs from that of the best one by at most
   // this (RMS over the seen region); all standard deviations include the difference. >= 0.
   double tolerance_px = 0;
+  // Empty, or the source of each view, as the folder of its picture: calibrations from different
+  // sources are compared instead of two halves of the views.
+  std::vector<std::string> sources;
   bool board_warp = false;      // throws Error unless there is one flat board
   int max_iterations = 100;     // of each solve
   std::size_t num_threads = 1;  // 0: one per core; the answer does not depend on it
@@ -184,8 +185,10 @@ struct ModelStep {
 };
 
 // Cross-validation (after mrcal): the lenses of two halves of the views are compared. A model that
-// is too small, or a bent board, makes them differ by more than their covariances predict.
+// is too small, or a bent board, makes them differ by more than their covariances predict, and so
+// do the pictures of two cameras.
 struct HalvesCheck {
+  std::string source;  // the views of this source, and the rest; "": every other view, and the rest
   // Difference of their projections less a motion of the camera, RMS over samples, per coordinate.
   double difference_px = 0;
   double predicted_px = 0;  // its standard deviation

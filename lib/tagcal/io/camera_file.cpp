@@ -8,6 +8,8 @@
 #include <set>
 
 #include "tagcal/error.hpp"
+#include "tagcal/io/formats/colmap_binary.hpp"
+#include "tagcal/io/formats/colmap_format.hpp"
 #include "tagcal/io/formats/format_table.hpp"
 #include "tagcal/io/text/limits.hpp"
 #include "tagcal/io/text/number_text.hpp"
@@ -19,6 +21,8 @@ using namespace internal;
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr const char* kColmapCameras = "cameras.bin";
 
 std::string format_names() {
   std::string names;
@@ -51,21 +55,30 @@ const FormatRow& row_of(std::string_view format) {
   throw Error(fmt::format("{}: is no format that is known: {}", shown(format), format_names()));
 }
 
-CameraFile read_folder(const fs::path& folder) {
+// COLMAP's binary files, as the text that says the same.
+CameraFile read_colmap_binary(const fs::path& cameras) {
+  std::optional<ColmapText> images;
+  std::error_code error;
+  const fs::path beside = cameras.parent_path() / "images.bin";
+  if (fs::is_regular_file(beside, error))
+    images = {beside.string(), colmap_images_text(read_text(beside), beside.string())};
+  return read_colmap({cameras.string(), colmap_cameras_text(read_text(cameras), cameras.string())},
+                     images);
+}
+
+CameraFile read_folder(const fs::path& folder, const ImageSize& stated) {
   std::error_code error;
   for (const FormatRow& row : format_rows()) {
     const fs::path cameras = folder / row.format.file;
     if (row.format.folder && fs::is_regular_file(cameras, error))
-      return row.readers.front().read({cameras, read_text(cameras), {}});
+      return row.readers.front().read({cameras, read_text(cameras), {}, stated});
   }
   for (const char* const name : {"truth.yaml", "transforms.json"})
-    if (fs::is_regular_file(folder / name, error)) return read_camera_file(folder / name);
-  const bool binary = fs::is_regular_file(folder / "cameras.bin", error);
-  throw Error(fmt::format("{}: {}", folder.string(),
-                          binary ? "has a binary model of COLMAP only: colmap model_converter "
-                                   "--output_type TXT writes the text that is read"
-                                 : "is a folder without cameras.txt, truth.yaml or "
-                                   "transforms.json"));
+    if (fs::is_regular_file(folder / name, error)) return read_camera_file(folder / name, stated);
+  if (fs::is_regular_file(folder / kColmapCameras, error))
+    return read_colmap_binary(folder / kColmapCameras);
+  throw Error(folder.string() +
+              ": is a folder without cameras.txt, cameras.bin, truth.yaml or transforms.json");
 }
 
 // COLMAP's points are never written: those of another model must not be lost.
@@ -113,21 +126,24 @@ std::size_t colon_before_name(const std::string& file_and_name) {
 
 }  // namespace
 
-CameraFile read_camera_file(const fs::path& path) {
+CameraFile read_camera_file(const fs::path& path, const ImageSize& stated) {
   std::error_code error;
-  if (fs::is_directory(path, error)) return read_folder(path);
-  CameraText file{path, read_text(path), {}};
+  if (fs::is_directory(path, error)) return read_folder(path, stated);
+  if (path.filename() == kColmapCameras) return read_colmap_binary(path);
+  if (path.extension() == ".bin")
+    throw Error(path.string() + ": is no camera's file; of COLMAP's model name cameras.bin");
+  CameraText file{path, read_text(path), {}, stated};
   refuse_cahvor(file.text, path.string());
   if (const FormatReader* const reader = reader_of(file)) return reader->read(file);
   file.top->fail_plainly("is no camera's file: it has none of the keys " + keys_of_formats());
 }
 
-CameraFile read_one_camera(const std::string& file_and_name) {
+CameraFile read_one_camera(const std::string& file_and_name, const ImageSize& stated) {
   const std::size_t colon = colon_before_name(file_and_name);
   const bool named = colon != std::string::npos;
   const std::string path = named ? file_and_name.substr(0, colon) : file_and_name;
   const std::string name = named ? file_and_name.substr(colon + 1) : "";
-  const CameraFile file = read_camera_file(path);
+  const CameraFile file = read_camera_file(path, stated);
   if (!named && file.cameras.size() == 1) return only(file, 0);
   std::string names;
   for (std::size_t i = 0; i < file.cameras.size(); ++i) {
@@ -147,8 +163,8 @@ const CalibrationFile& usable_camera(const CameraFile& file, const std::string& 
     throw Error(name + ": a parallel camera has no focal length, which is needed here");
   if (camera.calibration.camera.image_size == ImageSize{})
     throw Error(
-        fmt::format("{}: image_width: the key is missing: tagcal convert {} camera.yaml "
-                    "--to tagcal --image-size WIDTHxHEIGHT adds it",
+        fmt::format("{}: image_width: the key is missing: tagcal convert {} "
+                    "camera.yaml --to tagcal --image-size WIDTHxHEIGHT adds it",
                     name, name));
   return camera.calibration;
 }
@@ -168,8 +184,11 @@ std::vector<ImagePose> read_poses(const fs::path& file) {
 
 bool is_camera_file(const fs::path& path) {
   std::error_code error;
-  if (fs::is_directory(path, error)) return fs::is_regular_file(path / "cameras.txt", error);
-  CameraText file{path, read_text(path), {}};
+  if (fs::is_directory(path, error))
+    return fs::is_regular_file(path / "cameras.txt", error) ||
+           fs::is_regular_file(path / kColmapCameras, error);
+  if (path.filename() == kColmapCameras) return true;
+  CameraText file{path, read_text(path), {}, {}};
   return reader_of(file) != nullptr;
 }
 

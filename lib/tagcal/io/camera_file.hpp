@@ -19,15 +19,17 @@ namespace tagcal {
 std::span<const CameraFormat> camera_formats();
 
 // Reads all cameras of a file, whose format is recognised by its content, and the poses of its
-// pictures. `file` may also be a folder with COLMAP's cameras.txt. truth.yaml of a data set counts
-// as a file of tagcal. Throws Error, naming file, key and value, also for lenses that tagcal cannot
-// represent (`LENSMODEL_CAHVOR`, `omni` with distortion, ..), by their names.
-CameraFile read_camera_file(const std::filesystem::path& file);
+// pictures. `file` may also be a folder with COLMAP's cameras.txt or cameras.bin. truth.yaml of a
+// data set counts as a file of tagcal. Throws Error, naming file, key and value, also for lenses
+// that tagcal cannot represent (`LENSMODEL_CAHVOR`, `omni` with distortion, ..), by their names.
+// `stated`: the size of the pictures, for files without one whose numbers depend on it
+// (camera_angle_x).
+CameraFile read_camera_file(const std::filesystem::path& file, const ImageSize& stated = {});
 
 // The same for one camera, "FILE" or "FILE:NAME"; the name may be left out if there is one camera.
 // Both may have colons: FILE is the longest that exists. The result has that camera, and its poses
 // only. Throws Error for an unknown name.
-CameraFile read_one_camera(const std::string& file_and_name);
+CameraFile read_one_camera(const std::string& file_and_name, const ImageSize& stated = {});
 
 // The camera of a file of one camera, for use by tagcal. Throws Error if the lens is one of others,
 // or the image size is not in the file.

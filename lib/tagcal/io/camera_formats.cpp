@@ -12,6 +12,7 @@
 #include "tagcal/io/formats/nerfstudio_format.hpp"
 #include "tagcal/io/formats/opencv_format.hpp"
 #include "tagcal/io/formats/opencv_xml.hpp"
+#include "tagcal/io/formats/ros_text.hpp"
 #include "tagcal/io/formats/tagcal_format.hpp"
 #include "tagcal/io/formats/tum_format.hpp"
 #include "tagcal/io/text_file.hpp"
@@ -100,12 +101,25 @@ constexpr FormatRow kRows[] = {
                   {.has_keys = has_euroc_keys, .read = by_keys<read_euroc>}}},
      .write = by_content<write_kalibr>},
     {.format = {.name = "ros",
-                .program = "camera_info YAML",
+                .program = "camera_info YAML; ost.ini and the text of `ros2 topic echo` or "
+                           "`rostopic echo` are read too",
                 .lenses = "plumb_bob, rational_polynomial, equidistant",
                 .file = "camera_info.yaml"},
+     .key = "distortion_model",
+     .readers = {{{.has_text = is_ros_ini,
+                   .read =
+                       [](const CameraText& file) {
+                         return read_ros_ini(file.text, file.path.string());
+                       }},
+                  {.has_text = is_ros_message,
+                   .read =
+                       [](const CameraText& file) {
+                         return read_ros_message(file.text, file.path.string());
+                       }}}},
      .write = by_content<write_ros>},
     {.format = {.name = "colmap",
-                .program = "a folder with cameras.txt, images.txt, points3D.txt; or cameras.txt",
+                .program = "a folder with cameras.txt, images.txt, points3D.txt; or cameras.txt; "
+                           "cameras.bin and images.bin are read too",
                 .lenses = "PINHOLE, OPENCV, FULL_OPENCV, OPENCV_FISHEYE (SIMPLE_PINHOLE, "
                           "SIMPLE_RADIAL, RADIAL and their _FISHEYE are read too)",
                 .several = true,
@@ -134,7 +148,11 @@ constexpr FormatRow kRows[] = {
                 .file = "transforms.json",
                 .ending = "transforms.json"},
      .key = "fl_x",
-     .readers = {{{.has_keys = has_nerfstudio_keys, .read = by_keys<read_nerfstudio>}}},
+     .readers = {{{.has_keys = has_nerfstudio_keys,
+                   .read =
+                       [](const CameraText& file) {
+                         return read_nerfstudio(*file.top, file.stated_size);
+                       }}}},
      .write = by_content<write_nerfstudio>},
     {.format = {.name = "basalt",
                 .program = "calibration.json",

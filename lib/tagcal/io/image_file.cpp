@@ -36,7 +36,7 @@ std::size_t checked_size(const std::filesystem::path& file) {
   const std::uintmax_t size = std::filesystem::file_size(file, error);
   if (error) throw Error("cannot be read: " + error.message());
   if (size == 0) throw Error("is empty");
-  if (size > limits::kMaxPictureBytes) throw Error("is larger than 1 GiB");
+  if (size > limits::kMaxPictureBytes) throw Error("is larger than 1 GiB: take single pictures out of a video or bag");
   return static_cast<std::size_t>(size);
 }
 

@@ -35,6 +35,11 @@ Bounds bounds_of(const JunctionGrid& grid) {
   return bounds;
 }
 
+CheckerCell size_of(const JunctionGrid& grid) {
+  const Bounds bounds = bounds_of(grid);
+  return {bounds.columns(), bounds.rows()};
+}
+
 // Removes outermost lines with few junctions: they are not the board's.
 void trim(JunctionGrid& grid) {
   const auto cut_one = [&](auto member) {
@@ -186,7 +191,27 @@ std::vector<Observation> observations_of(const CheckerCorners& corners, const Ch
   return result;
 }
 
+std::string other_grid_text(const std::string& name, const CheckerCell& size,
+                            const Checkerboard& board) {
+  const auto& [columns, rows] = size;
+  if (columns <= board.columns && rows <= board.rows)
+    return fmt::format(
+        "{} is not seen whole: the largest grid has {} x {}. Parts of a board without markers "
+        "cannot be numbered",
+        name, columns, rows);
+  return fmt::format("a grid of {} x {} corners is seen, not {}", columns, rows, name);
+}
+
 }  // namespace
+
+CheckerCell size_beside(const CheckerCell& size, const Checkerboard& board) {
+  const auto& [a, b] = size;
+  const bool is_inside = a <= board.columns && b <= board.rows;
+  const bool is_inside_turned = b <= board.columns && a <= board.rows;
+  const bool is_wide = board.columns >= board.rows;
+  const bool is_turned = is_inside != is_inside_turned ? is_inside_turned : (a >= b) != is_wide;
+  return is_turned ? CheckerCell{b, a} : size;
+}
 
 std::string why_not_text(const SeenChecker& seen, const Board& board) {
   const Checkerboard squares = checkers(board).value();
@@ -198,10 +223,7 @@ std::string why_not_text(const SeenChecker& seen, const Board& board) {
     case CheckerAnswer::no_grid:
       return tag_kind(board) ? "no marker of the ChArUco board found" : "no checkerboard found";
     case CheckerAnswer::other_grid:
-      return fmt::format(
-          "{} is not seen whole: the largest grid has {} x {}. Parts of a board without markers "
-          "cannot be numbered",
-          name, seen.size.first, seen.size.second);
+      return other_grid_text(name, size_beside(seen.size, squares), squares);
     case CheckerAnswer::not_fitted:
       return fmt::format("{}: its corners do not look like its pattern", name);
     case CheckerAnswer::seen_twice:
@@ -268,12 +290,12 @@ void CheckerFinder::find_junctions_of_levels(const ImageView8& image) {
   } while (std::min(picture.width(), picture.height()) >= kLeastSidePx);
 }
 
-bool CheckerFinder::is_part_of_larger(const JunctionGrid& grid, const Target& target) const {
-  return std::ranges::any_of(levels_, [&](const std::vector<JunctionGrid>& grids) {
-    return std::ranges::any_of(grids, [&](const JunctionGrid& other) {
-      return continues(other, grid) && !is_of_size(other, target.print);
-    });
-  });
+const JunctionGrid* CheckerFinder::larger_grid(const JunctionGrid& grid,
+                                               const Target& target) const {
+  for (const std::vector<JunctionGrid>& grids : levels_)
+    for (const JunctionGrid& other : grids)
+      if (continues(other, grid) && !is_of_size(other, target.print)) return &other;
+  return nullptr;
 }
 
 std::optional<CheckerCorners> CheckerFinder::fitted(const ImageView8& image, const Target& target,
@@ -299,14 +321,16 @@ SeenChecker CheckerFinder::find_plain(const ImageView8& image, const Target& tar
                                       const std::vector<JunctionGrid>& grids) const {
   SeenChecker seen;
   if (grids.empty()) return seen;
-  const Bounds largest = bounds_of(grids.front());
-  seen.size = {largest.columns(), largest.rows()};
+  seen.size = size_of(grids.front());
   seen.answer = CheckerAnswer::other_grid;
   const JunctionGrid* first = nullptr;
   for (const JunctionGrid& grid : grids) {
     if (!is_of_size(grid, target.print)) continue;
     if (first && overlap(*first, grid)) continue;
-    if (is_part_of_larger(grid, target)) continue;
+    if (const JunctionGrid* const larger = larger_grid(grid, target)) {
+      if (!first) seen.size = size_of(*larger);
+      continue;
+    }
     const auto corners = fitted(image, target, grid);
     if (!corners) {
       if (!first) seen.answer = CheckerAnswer::not_fitted;

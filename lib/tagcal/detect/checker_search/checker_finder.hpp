@@ -28,6 +28,9 @@ struct SeenChecker {
   std::vector<Observation> corners;
 };
 
+// The size of a grid, as columns and rows of a board that is as wide or high as it if it can be.
+CheckerCell size_beside(const CheckerCell& size, const Checkerboard& board);
+
 // One sentence that says why a board is not reported; empty if it is.
 std::string why_not_text(const SeenChecker& seen, const Board& board);
 
@@ -52,8 +55,8 @@ class CheckerFinder {
 
   void find_junctions_of_levels(const ImageView8& image);
   void find_plain(const ImageView8& image, std::vector<SeenChecker>& result) const;
-  // True if a halved picture, or a finer one, shows that the grid goes on.
-  bool is_part_of_larger(const JunctionGrid& grid, const Target& target) const;
+  // The grid of a halved picture, or a finer one, that shows that the grid goes on; or null.
+  const JunctionGrid* larger_grid(const JunctionGrid& grid, const Target& target) const;
   SeenChecker find_plain(const ImageView8& image, const Target& target,
                          const std::vector<JunctionGrid>& grids) const;
   std::optional<CheckerCorners> fitted(const ImageView8& image, const Target& target,

@@ -121,15 +121,19 @@ ResidualBias residual_bias(const Bundle& solved, double least_sigma) {
 
 std::optional<HalvesCheck> split_half_check(const Bundle& solved,
                                             const BundleInformation& information, double sigma,
-                                            std::span<const Vector2d> samples, double distance_m) {
+                                            std::span<const Vector2d> samples, double distance_m,
+                                            const std::vector<bool>& is_second) {
   const Eigen::Index k = solved.model->num_free();
-  if (std::ssize(solved.views) < 2 * policy::kFewestComparedViews || k == 0) return std::nullopt;
+  const auto num_second = std::ranges::count(is_second, true);
+  if (std::min(num_second, std::ssize(is_second) - num_second) < policy::kFewestComparedViews ||
+      k == 0)
+    return std::nullopt;
   const double variance = sigma * sigma;
   std::array<MatrixXd, 2> halves = {information.prior, information.prior};
   std::array<VectorXd, 2> gradients = {information.prior_gradient, information.prior_gradient};
   for (std::size_t v = 0; v < information.views.size(); ++v) {
-    halves[v % 2] += information.views[v].schur / variance;
-    gradients[v % 2] += information.views[v].gradient / variance;
+    halves[is_second[v]] += information.views[v].schur / variance;
+    gradients[is_second[v]] += information.views[v].gradient / variance;
   }
   const auto first = exact_inverse(halves[0]), second = exact_inverse(halves[1]);
   if (!first || !second) return std::nullopt;

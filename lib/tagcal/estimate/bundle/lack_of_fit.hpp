@@ -20,13 +20,13 @@ struct ResidualBias {
 // `least_sigma`: floor of the noise per (whitened) coordinate.
 ResidualBias residual_bias(const Bundle& solved, double least_sigma);
 
-// Compares the solutions of two halves of the views (every other view, and the rest), each one
-// Gauss-Newton step from the common solution. The projections are compared at `samples` and at the
-// distance. Returns no value for fewer than six views, or if a half does not determine the
-// parameters.
+// Compares the solutions of two halves of the views (those that are in the second one, and the
+// rest), each one Gauss-Newton step from the common solution. The projections are compared at
+// `samples` and at the distance. Returns no value for fewer than three views in a half, or if a
+// half does not determine the parameters.
 std::optional<HalvesCheck> split_half_check(const Bundle& solved,
                                             const BundleInformation& information, double sigma,
                                             std::span<const Eigen::Vector2d> samples,
-                                            double distance_m);
+                                            double distance_m, const std::vector<bool>& is_second);
 
 }  // namespace tagcal::internal

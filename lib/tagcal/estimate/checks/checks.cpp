@@ -130,11 +130,23 @@ Result residuals_biased(const Solved& s) {
 
 Result halves_disagree(const Solved& s) {
   const auto& halves = s.evidence.halves;
-  if (!halves || !halves->disagree) return std::nullopt;
+  if (!halves || !halves->disagree || !halves->source.empty()) return std::nullopt;
   return finding(code::halves_disagree, "calibrations of two halves of the views differ by " +
                                             with_digits(halves->ratio, 2) +
                                             " times the expected standard deviation" +
                                             std::string(kCause));
+}
+
+Result sources_disagree(const Solved& s) {
+  const auto& halves = s.evidence.halves;
+  if (!halves || !halves->disagree || halves->source.empty()) return std::nullopt;
+  return finding(code::sources_disagree,
+                 "the pictures of " + halves->source +
+                     " and the other pictures give lenses that "
+                     "differ by " +
+                     with_digits(halves->ratio, 2) +
+                     " times the expected standard deviation: they are of two cameras, or the "
+                     "focus or zoom changed between them; calibrate each of them alone");
 }
 
 Result pole_in_image(const Solved& s) {
@@ -299,6 +311,7 @@ constexpr std::array kChecks = {
     Check{Of::perspective, fold_in_image, kAnswersOnly},
     Check{Of::perspective, residuals_biased, kAnswersOnly},
     Check{Of::perspective, halves_disagree, kAnswersOnly},
+    Check{Of::perspective, sources_disagree, kAnswersOnly},
     Check{Of::perspective, other_lens, kAnswersOnly},
     Check{Of::weak, tilt_unknown, kAnswersOnly},
     Check{Of::weak, perspective_seen, kAnswersOnly},

@@ -18,6 +18,7 @@ struct CameraText {
   std::filesystem::path path;
   std::string text;
   std::optional<YamlValue> top;  // the keys of YAML, JSON or OpenCV's XML
+  ImageSize stated_size;         // of the pictures, if the file has none; 0 x 0: not known
 };
 
 // A kind of file of a format, which is recognised by its text or by its keys: one of the two

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
+#include <utility>
 
 #include "tagcal/error.hpp"
 #include "tagcal/io/formats/number_format.hpp"
@@ -89,7 +91,8 @@ FileCamera read_omni(const YamlValue& camera, const ImageSize& size,
 }
 
 FileCamera read_camera(const YamlValue& camera, std::string_view coefficients_key) {
-  const ImageSize size = read_image_size_value(camera.at("resolution"));
+  const auto resolution = camera.find("resolution");
+  const ImageSize size = resolution ? read_image_size_value(*resolution) : ImageSize();
   const YamlValue model = camera.at("camera_model");
   const std::string kind = model.text();
   if (kind == "pinhole") return read_pinhole(camera, size, coefficients_key);
@@ -121,9 +124,9 @@ std::string lens_yaml(const FileCamera& camera) {
 }
 
 // With the IMU's step of Kalibr every camera has its place from the IMU, which becomes the rig.
-void use_imu(const std::vector<YamlValue>& cameras, CameraFile& file) {
+void use_imu(const std::vector<std::pair<std::string, YamlValue>>& cameras, CameraFile& file) {
   std::vector<Pose> camera_from_imu;
-  for (const YamlValue& camera : cameras)
+  for (const auto& [name, camera] : cameras)
     if (const auto transform = camera.find("T_cam_imu"))
       camera_from_imu.push_back(read_transform(*transform));
   if (camera_from_imu.size() == file.cameras.size()) {
@@ -133,23 +136,36 @@ void use_imu(const std::vector<YamlValue>& cameras, CameraFile& file) {
   } else if (!camera_from_imu.empty()) {
     file.notes.emplace_back("dropped: T_cam_imu, which not all cameras have");
   }
-  if (!cameras.empty() && cameras.front().find("timeshift_cam_imu"))
+  if (!cameras.empty() && cameras.front().second.find("timeshift_cam_imu"))
     file.notes.emplace_back("dropped: timeshift_cam_imu");
 }
 
-// The values of cam0, cam1, .. by their numbers. Throws Error if a number is missing before
-// another.
-std::vector<YamlValue> cameras_of(const YamlValue& top) {
-  std::map<std::string, YamlValue> by_name;
-  for (const auto& [key, value] : top.members())
-    if (key.starts_with("cam") && key.size() > 3 &&
-        key.find_first_not_of("0123456789", 3) == std::string::npos)
-      by_name.emplace(key, value);
-  std::vector<YamlValue> cameras;
-  while (cameras.size() < by_name.size()) {
-    const std::string name = fmt::format("cam{}", cameras.size());
-    const auto found = by_name.find(name);
-    cameras.push_back(found == by_name.end() ? top.at(name) : found->second);  // at() throws
+bool is_camera(const YamlValue& value) {
+  return value.is_map() && value.find("camera_model") && value.find("intrinsics");
+}
+
+// The number of a key "cam12"; no value for other keys.
+std::optional<int> camera_number(std::string_view key) {
+  if (!key.starts_with("cam") || key.size() < 4 || key.size() > 9) return std::nullopt;
+  if (key.find_first_not_of("0123456789", 3) != std::string_view::npos) return std::nullopt;
+  return std::stoi(std::string(key.substr(3)));
+}
+
+// The cameras by their keys: cam0, cam1, .. by their numbers, none of which may be missing, or
+// cameras with other names in the order of the file.
+std::vector<std::pair<std::string, YamlValue>> cameras_of(const YamlValue& top) {
+  std::map<int, YamlValue> by_number;
+  std::vector<std::pair<std::string, YamlValue>> cameras;
+  for (const auto& [key, value] : top.members()) {
+    if (const auto number = camera_number(key)) by_number.emplace(*number, value);
+    if (is_camera(value)) cameras.emplace_back(key, value);
+  }
+  if (by_number.empty() || by_number.size() < cameras.size()) return cameras;
+  cameras.clear();
+  for (int i = 0; std::ssize(cameras) < std::ssize(by_number); ++i) {
+    const std::string name = fmt::format("cam{}", i);
+    const auto found = by_number.find(i);
+    cameras.emplace_back(name, found == by_number.end() ? top.at(name) : found->second);
   }
   return cameras;
 }
@@ -158,7 +174,8 @@ std::vector<YamlValue> cameras_of(const YamlValue& top) {
 
 bool has_kalibr_keys(const YamlValue& top) {
   const auto cam0 = top.find("cam0");
-  return cam0 && cam0->is_map();
+  if (cam0 && cam0->is_map()) return true;
+  return std::ranges::any_of(top.members(), [](const auto& key) { return is_camera(key.second); });
 }
 
 bool has_euroc_keys(const YamlValue& top) {
@@ -170,12 +187,12 @@ CameraFile read_kalibr(const YamlValue& top) {
   file.format = "kalibr";
   Pose camera_from_rig;
   bool has_rig = true;
-  const std::vector<YamlValue> cameras = cameras_of(top);
-  for (std::size_t i = 0; i < cameras.size(); ++i) {
-    FileCamera camera = read_camera(cameras[i], "distortion_coeffs");
-    camera.name = fmt::format("cam{}", i);
-    if (i > 0) {
-      const auto transform = cameras[i].find("T_cn_cnm1");
+  const auto cameras = cameras_of(top);
+  for (const auto& [name, keys] : cameras) {
+    FileCamera camera = read_camera(keys, "distortion_coeffs");
+    camera.name = name;
+    if (!file.cameras.empty()) {
+      const auto transform = keys.find("T_cn_cnm1");
       has_rig = has_rig && transform;
       if (transform) camera_from_rig = read_transform(*transform) * camera_from_rig;
     }

@@ -68,10 +68,22 @@ double focal(const YamlValue& values, std::string_view length, std::string_view 
   return values.at(length).positive();
 }
 
-FileCamera read_camera(const YamlValue& values, const LensKind* kind,
+// w and h, or what the user states: instant-ngp takes the size of the pictures. 0 x 0 if the
+// numbers of the lens need no size.
+ImageSize size_of(const YamlValue& values, const ImageSize& stated) {
+  if (values.find("w") || values.find("h"))
+    return {values.at("w").whole(1, limits::kMaxSidePx),
+            values.at("h").whole(1, limits::kMaxSidePx)};
+  if (stated == ImageSize() && !(values.find("fl_x") && values.find("cx") && values.find("cy")))
+    values.fail_plainly(
+        "w: the key is missing: state the size of the pictures, --image-size "
+        "WIDTHxHEIGHT");
+  return stated;
+}
+
+FileCamera read_camera(const YamlValue& values, const LensKind* kind, const ImageSize& stated,
                        std::vector<std::string>& notes) {
-  const ImageSize size{values.at("w").whole(1, limits::kMaxSidePx),
-                       values.at("h").whole(1, limits::kMaxSidePx)};
+  const ImageSize size = size_of(values, stated);
   const double fx = focal(values, "fl_x", "camera_angle_x", size.width);
   const bool one_focal = !values.find("fl_y") && !values.find("camera_angle_y");
   const double fy = one_focal ? fx : focal(values, "fl_y", "camera_angle_y", size.height);
@@ -124,9 +136,9 @@ std::vector<double> numbers_of(const FileCamera& camera) {
   return numbers;
 }
 
-std::size_t camera_of(const YamlValue& frame, const LensKind* kind, CamerasByNumbers& known,
-                      CameraFile& file) {
-  FileCamera camera = read_camera(frame, kind, file.notes);
+std::size_t camera_of(const YamlValue& frame, const LensKind* kind, const ImageSize& stated,
+                      CamerasByNumbers& known, CameraFile& file) {
+  FileCamera camera = read_camera(frame, kind, stated, file.notes);
   const auto [place, is_new] = known.emplace(numbers_of(camera), file.cameras.size());
   if (is_new) {
     camera.name = fmt::format("cam{}", place->second);
@@ -145,17 +157,17 @@ bool has_nerfstudio_keys(const YamlValue& top) {
   return !items.empty() && items[0].is_map() && items[0].find("transform_matrix");
 }
 
-CameraFile read_nerfstudio(const YamlValue& top) {
+CameraFile read_nerfstudio(const YamlValue& top, const ImageSize& stated) {
   CameraFile file;
   file.format = "nerfstudio";
   const LensKind* kind = lens_kind(top);
   const bool shared = top.find("fl_x") || top.find("camera_angle_x");
-  if (shared) file.cameras.push_back(read_camera(top, kind, file.notes));
+  if (shared) file.cameras.push_back(read_camera(top, kind, stated, file.notes));
   if (const auto frames = top.find("frames")) {
     std::set<std::string> names;
     CamerasByNumbers known;
     for (const YamlValue& frame : frames->items(0, limits::kMaxListedPoses)) {
-      const std::size_t camera = shared ? 0 : camera_of(frame, kind, known, file);
+      const std::size_t camera = shared ? 0 : camera_of(frame, kind, stated, known, file);
       if (shared)
         need_one_lens(frame, top, "is one of a lens beside that of the whole file, the only one");
       else

@@ -8,7 +8,8 @@
 namespace tagcal::internal {
 
 bool has_nerfstudio_keys(const YamlValue& top);
-CameraFile read_nerfstudio(const YamlValue& top);
+// `stated`: the size of the pictures if the file has none; 0 x 0: not known.
+CameraFile read_nerfstudio(const YamlValue& top, const ImageSize& stated);
 FormatOutput write_nerfstudio(const CameraFile& file);
 
 }  // namespace tagcal::internal

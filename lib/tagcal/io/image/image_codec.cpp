@@ -19,7 +19,14 @@ struct Format {
   std::size_t offset = 0;
   std::unique_ptr<ImageDecoder> (*decoder)(std::string_view bytes) = nullptr;
   const char* name = "";
+  const char* advice = "convert it to PNG";
 };
+
+constexpr const char* kTakeOut =
+    "take pictures out of it, as ffmpeg -i FILE -vf fps=2 %04d.png does";
+constexpr const char* kFromPhone = "convert it to JPEG, as heif-convert IN OUT.jpg does";
+constexpr const char* kFromBag =
+    "take the pictures of the camera's topic out of it, as image_view's image_saver does";
 
 constexpr Format kFormats[] = {
     {"\x89PNG\r\n\x1a\n"sv, 0, png_decoder},
@@ -38,12 +45,17 @@ constexpr Format kFormats[] = {
     {"P4"sv, 0, nullptr, "a PBM (of one bit)"},
     {"P7"sv, 0, nullptr, "a PAM"},
     {"GIF8"sv, 0, nullptr, "a GIF"},
-    {"ftyphei"sv, 4, nullptr, "a HEIC picture"},
-    {"ftyphev"sv, 4, nullptr, "a HEIC picture"},
-    {"ftypmif1"sv, 4, nullptr, "a HEIF picture"},
+    {"ftyphei"sv, 4, nullptr, "a HEIC picture", kFromPhone},
+    {"ftyphev"sv, 4, nullptr, "a HEIC picture", kFromPhone},
+    {"ftypmif1"sv, 4, nullptr, "a HEIF picture", kFromPhone},
     {"ftypavif"sv, 4, nullptr, "an AVIF picture"},
     {"ftypcrx"sv, 4, nullptr, "a raw picture (CR3)"},
-    {"ftyp"sv, 4, nullptr, "a video"},
+    {"ftyp"sv, 4, nullptr, "a video", kTakeOut},
+    {"AVI "sv, 8, nullptr, "a video", kTakeOut},
+    {"\x1a\x45\xdf\xa3"sv, 0, nullptr, "a video", kTakeOut},  // Matroska, WebM
+    {"#ROSBAG"sv, 0, nullptr, "a ROS bag", kFromBag},
+    {"SQLite format 3"sv, 0, nullptr, "a ROS 2 bag", kFromBag},
+    {"\x89MCAP0"sv, 0, nullptr, "a ROS 2 bag", kFromBag},
     {"jP  \r\n\x87\n"sv, 4, nullptr, "a JPEG 2000 picture"},
     {"\xff\x0a"sv, 0, nullptr, "a JPEG XL picture"},
     {"v/1\x01"sv, 0, nullptr, "an OpenEXR picture"},
@@ -90,7 +102,7 @@ std::unique_ptr<ImageDecoder> image_decoder(std::string_view bytes) {
     if (bytes.size() < format.offset || !bytes.substr(format.offset).starts_with(format.bytes))
       continue;
     if (format.decoder) return format.decoder(bytes);
-    throw Error(fmt::format("is {}, which is not read: convert it to PNG", format.name));
+    throw Error(fmt::format("is {}, which is not read: {}", format.name, format.advice));
   }
   throw Error("is not a PNG, JPEG, TIFF, BMP, WebP, PGM or PPM picture, or truncated");
 }

@@ -28,8 +28,6 @@ class JpegDecoder : public ImageDecoder {
     manager_.base.emit_message = judge_warning;
     manager_.base.output_message = [](j_common_ptr) {};
     if (!create() || !read_header(bytes)) throw failure();
-    if (jpeg_.jpeg_color_space == JCS_CMYK || jpeg_.jpeg_color_space == JCS_YCCK)
-      throw Error("JPEG: is CMYK: convert it to grey or RGB");
     check_picture_size(header_.width, header_.height, bytes.size());
     header_.orientation = jpeg_orientation(bytes);
     if (least_width > 0) reduce(least_width);
@@ -38,11 +36,15 @@ class JpegDecoder : public ImageDecoder {
   JpegDecoder& operator=(const JpegDecoder&) = delete;
 
   void decode(const RowSink& sink) override {
-    decode_as(header_.channels == 1 ? JCS_GRAYSCALE : JCS_RGB, sink);
+    if (is_of_inks()) return decode_inks(sink);
+    decode_as(header_.channels == 1 ? JCS_GRAYSCALE : JCS_RGB, header_.channels, sink);
   }
 
-  // The luma is stored as such.
-  void decode_grey(const RowSink& sink) override { decode_as(JCS_GRAYSCALE, sink); }
+  // The luma is stored as such, except in a picture of inks.
+  void decode_grey(const RowSink& sink) override {
+    if (is_of_inks()) return ImageDecoder::decode_grey(sink);
+    decode_as(JCS_GRAYSCALE, 1, sink);
+  }
 
  private:
   // The low frequencies of a block of 8 x 8 pixels are a smaller block, for less work than all.
@@ -59,9 +61,28 @@ class JpegDecoder : public ImageDecoder {
     header_.height /= shrink;
   }
 
-  void decode_as(J_COLOR_SPACE colours, const RowSink& sink) {
+  bool is_of_inks() const {
+    return jpeg_.jpeg_color_space == JCS_CMYK || jpeg_.jpeg_color_space == JCS_YCCK;
+  }
+
+  // Cyan, magenta, yellow and black to red, green and blue, each ink taken as a perfect filter.
+  // Adobe's programs store the light that passes an ink instead of the ink.
+  void decode_inks(const RowSink& sink) {
+    std::vector<std::uint16_t> colours(3 * static_cast<std::size_t>(header_.width));
+    const auto light = [this](std::uint16_t ink) {
+      return jpeg_.saw_Adobe_marker ? ink : static_cast<std::uint16_t>(255 - ink);
+    };
+    decode_as(JCS_CMYK, 4, [&](int y, const std::uint16_t* inks) {
+      for (std::size_t i = 0; i < colours.size(); ++i)
+        colours[i] = static_cast<std::uint16_t>(
+            (light(inks[4 * (i / 3) + i % 3]) * light(inks[4 * (i / 3) + 3]) + 127) / 255);
+      sink(y, colours.data());
+    });
+  }
+
+  void decode_as(J_COLOR_SPACE colours, int channels, const RowSink& sink) {
     if (!start(colours)) throw failure();
-    row_.resize(static_cast<std::size_t>(header_.width) * (colours == JCS_GRAYSCALE ? 1 : 3));
+    row_.resize(static_cast<std::size_t>(header_.width) * static_cast<std::size_t>(channels));
     for (int y = 0; y < header_.height; ++y) {
       if (!read_row()) throw failure();
       values_.assign(row_.begin(), row_.end());

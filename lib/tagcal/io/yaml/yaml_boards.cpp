@@ -68,7 +68,7 @@ BoardPattern read_grid(const YamlValue& top, std::optional<int> first_id,
       top.unknown_keys({"target_type", "tagCols", "tagRows", "tagSize", "tagSpacing", "first_id",
                         "family", "border_bits", "corner_squares", "flatness", "print"});
   const auto [columns, rows] = read_counts(top, "tagCols", "tagRows", 1);
-  AprilGrid grid{columns, rows, top.at("tagSize").positive(), top.at("tagSpacing").not_negative()};
+  AprilGrid grid{columns, rows, top.at("tagSize").length(), top.at("tagSpacing").not_negative()};
   grid.first_id = read_first_id(top, "first_id", std::int64_t{columns} * rows, first_id);
   read_print(top, grid);
   const auto squares = top.find("corner_squares");
@@ -106,7 +106,7 @@ BoardPattern read_tags(const YamlValue& top, std::optional<int> first_id) {
     item.allow_only({"id", "size", "pose"});
     Tag tag;
     tag.id = read_new_id(item.at("id"), ids);
-    tag.size = item.at("size").positive();
+    tag.size = item.at("size").length();
     const auto pose = item.find("pose");
     if (!pose && items.size() > 1) item.at("pose");  // optional for a single tag only
     if (pose) tag.board_from_tag = read_pose(*pose);
@@ -149,8 +149,8 @@ BoardPattern read_checkerboard(const YamlValue& top, std::optional<int> first_id
       top.unknown_keys({"target_type", "targetCols", "targetRows", "rowSpacingMeters",
                         "colSpacingMeters", "first_id", "starts_black", "flatness", "print"});
   const auto [columns, rows] = read_counts(top, "targetCols", "targetRows", 2);
-  Checkerboard board{columns, rows, top.at("colSpacingMeters").positive(),
-                     top.at("rowSpacingMeters").positive()};
+  Checkerboard board{columns, rows, top.at("colSpacingMeters").length(),
+                     top.at("rowSpacingMeters").length()};
   if (const auto black = top.find("starts_black")) board.starts_black = black->truth();
   board.first_id = read_first_id(top, "first_id", std::int64_t{columns} * rows, first_id);
   if (warnings) warnings->insert(warnings->end(), unknown.begin(), unknown.end());
@@ -161,9 +161,9 @@ BoardPattern read_charuco(const YamlValue& top, std::optional<int> first_id) {
   top.allow_only({"target_type", "squareCols", "squareRows", "squareSize", "markerSize",
                   "dictionary", "legacy", "first_id", "first_marker_id", "flatness", "print"});
   const auto [columns, rows] = read_counts(top, "squareCols", "squareRows", 3);
-  Charuco board{columns, rows, top.at("squareSize").positive()};
+  Charuco board{columns, rows, top.at("squareSize").length()};
   const YamlValue marker_size = top.at("markerSize");
-  board.marker_size = marker_size.positive();
+  board.marker_size = marker_size.length();
   if (board.marker_size >= board.square_size)
     marker_size.fail(fmt::format("must be less than squareSize {}", board.square_size));
   board.dictionary = top.at("dictionary").text();
@@ -185,11 +185,11 @@ BoardPattern read_circles(const YamlValue& top, std::optional<int> first_id,
       top.unknown_keys({"target_type", "targetCols", "targetRows", "spacingMeters",
                         "asymmetricGrid", "diameterMeters", "first_id", "flatness", "print"});
   const auto [columns, rows] = read_counts(top, "targetCols", "targetRows", 2);
-  CircleGrid grid{columns, rows, top.at("spacingMeters").positive()};
+  CircleGrid grid{columns, rows, top.at("spacingMeters").length()};
   if (const auto asymmetric = top.find("asymmetricGrid")) grid.asymmetric = asymmetric->truth();
   grid.diameter = kDiscShare * grid.spacing;
   if (const auto diameter = top.find("diameterMeters")) {
-    grid.diameter = diameter->positive();
+    grid.diameter = diameter->length();
     if (grid.diameter >= centre_distance(grid))
       diameter->fail(
           fmt::format("must be less than {:.6g}, the distance of centres", centre_distance(grid)));

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "tagcal/error.hpp"
+#include "tagcal/io/text/length_text.hpp"
 #include "tagcal/io/text/number_text.hpp"
 #include "tagcal/io/text_file.hpp"
 
@@ -184,6 +185,14 @@ double YamlValue::positive() const {
   const double value = number();
   if (!(value > 0)) fail("must be > 0");
   return value;
+}
+
+double YamlValue::length() const {
+  if (is_number()) return positive();
+  const auto metres = is_scalar() ? parse_length(node_->scalar) : std::nullopt;
+  if (!metres) fail("must be a length in metres, or with its unit (30mm, 3cm, 0.03m, 1in)");
+  if (!(*metres > 0)) fail("must be > 0");
+  return *metres;
 }
 
 double YamlValue::not_negative() const {

@@ -57,6 +57,7 @@ class YamlValue {
   double number() const;
   double number_in(double low, double high) const;
   double positive() const;
+  double length() const;  // > 0, in metres: a number, or with a unit (30mm)
   double not_negative() const;
   int whole(int low, int high) const;
   bool truth() const;

@@ -1,0 +1,134 @@
+// A target file that does not describe the board in the pictures: `calibrate` says what `detect`
+// found, and what it says to write makes the pictures calibrate.
+#include "cli_fixture.hpp"
+
+namespace tagcal::tools {
+namespace {
+
+constexpr const char* kCharucoScene = R"(
+camera: {image_size: [640, 400], model: f, f: 520, cx: 317, cy: 203}
+boards:
+  - target: {target_type: charuco, squareCols: 7, squareRows: 6, squareSize: 0.04, markerSize: 0.03, dictionary: DICT_4X4_250}
+path: {type: dome, target_m: [0.14, 0.12, 0], min_distance_m: 0.4, max_distance_m: 0.5, min_elevation_deg: 45, max_elevation_deg: 80}
+jitter: {target_m: 0.02, roll_deg: 20}
+views: 6
+sensor: {blur_px: 0.7, noise_levels: 2}
+)";
+
+constexpr const char* kCheckerScene = R"(
+camera: {image_size: [640, 400], model: f, f: 520, cx: 317, cy: 203}
+boards:
+  - target: {target_type: checkerboard, targetCols: 6, targetRows: 5, rowSpacingMeters: 0.04, colSpacingMeters: 0.04}
+path: {type: dome, target_m: [0.1, 0.08, 0], min_distance_m: 0.5, max_distance_m: 0.6, min_elevation_deg: 45, max_elevation_deg: 80}
+jitter: {target_m: 0.02, roll_deg: 20}
+views: 6
+sensor: {blur_px: 0.7, noise_levels: 2}
+)";
+
+struct WrongTarget {
+  std::string from, to;  // a change of the right file
+  std::string says;
+};
+
+class CliWrongTarget : public Cli {
+ protected:
+  static void render(const std::string& name, const std::string& scene) {
+    spill(root() / (name + ".scene.yaml"), scene);
+    const Outcome rendered = run("render " + path(name + ".scene.yaml") + " --out " + path(name));
+    ASSERT_EQ(rendered.exit_code, 0) << rendered.err;
+  }
+
+  // Replaces each "KEY: VALUE" of a file by those behind "write ".
+  static std::string mended(std::string target, const std::string& message) {
+    const std::size_t begin = message.find("write ");
+    std::string line = message.substr(begin + 6, message.find('\n', begin) - begin - 6);
+    line = std::regex_replace(line, std::regex("\\n\\s+"), " ");
+    static const std::regex pair(R"(([A-Za-z_]+): ([A-Za-z0-9_.]+[A-Za-z0-9_]))");
+    for (std::sregex_iterator it(line.begin(), line.end(), pair), end; it != end; ++it)
+      target = std::regex_replace(target, std::regex((*it)[1].str() + ": [^\n]*"), it->str());
+    return target;
+  }
+
+  // calibrate --target with a changed file is no answer, with the sentence; what it says helps.
+  static void expect_mended(const std::string& set, const WrongTarget& wrong) {
+    const std::string right = slurp(root() / set / "target.yaml");
+    const std::string changed = replaced(right, wrong.from, wrong.to);
+    spill(root() / "wrong.yaml", changed);
+    const std::string rest = " " + path(set + "/images") + " --model f --json";
+    const Outcome refused = run("calibrate --target " + path("wrong.yaml") + rest);
+    SCOPED_TRACE(changed + refused.out + refused.err);
+    EXPECT_EQ(refused.exit_code, 3);
+    EXPECT_NE(refused.out.find(wrong.says), std::string::npos);
+    const std::size_t at = refused.out.find(wrong.says);
+    ASSERT_NE(at, std::string::npos);
+    const std::string message = refused.out.substr(at, refused.out.find('"', at) - at) + "\n";
+    spill(root() / "mended.yaml", mended(changed, message));
+    const Outcome helped = run("calibrate --target " + path("mended.yaml") + rest);
+    EXPECT_EQ(helped.exit_code, 0) << slurp(root() / "mended.yaml") << helped.out << helped.err;
+    const Outcome detected =
+        run("detect --target " + path("wrong.yaml") + " " + path(set + "/images"));
+    EXPECT_NE(detected.err.find(wrong.says), std::string::npos) << detected.err;
+  }
+};
+
+TEST_F(CliWrongTarget, AprilGrids) {
+  for (const WrongTarget& wrong : {WrongTarget{"tagCols: 4", "tagCols: 3", "wrong columns: "},
+                                   {"tagCols: 4", "tagCols: 5", "wrong columns: "},
+                                   {"border_bits: 1", "border_bits: 2", "wrong border: "},
+                                   {"family: tag36h11", "family: tag25h9", "wrong family: "}})
+    expect_mended("set", wrong);
+}
+
+TEST_F(CliWrongTarget, CharucoBoards) {
+  render("charuco", kCharucoScene);
+  const std::string right = slurp(root() / "charuco/target.yaml");
+  for (const WrongTarget& wrong :
+       {WrongTarget{"squareCols: 7\nsquareRows: 6", "squareCols: 6\nsquareRows: 7",
+                    "wrong squares: "},
+        {"squareCols: 7\nsquareRows: 6", "squareCols: 6\nsquareRows: 5", "wrong squares: "},
+        {"legacy: false", "legacy: true", "wrong pattern: "},
+        {"DICT_4X4_250", "DICT_5X5_100", "wrong dictionary: "}})
+    expect_mended("charuco", wrong);
+  // Another size of the markers hides corners, but moves none.
+  spill(root() / "size.yaml", replaced(right, "markerSize: 0.03", "markerSize: 0.024"));
+  const Outcome size =
+      run("calibrate --target " + path("size.yaml") + " " + path("charuco/images") + " --json");
+  EXPECT_NE(size.out.find("wrong marker size: "), std::string::npos) << size.out;
+}
+
+TEST_F(CliWrongTarget, Checkerboards) {
+  render("checkers", kCheckerScene);
+  const std::string right = "targetCols: 6\ntargetRows: 5";
+  for (const WrongTarget& wrong :
+       {WrongTarget{right, "targetCols: 5\ntargetRows: 4", "wrong size of grid: "},
+        {right, "targetCols: 7\ntargetRows: 6", "wrong size of grid: "},
+        {right, "targetCols: 8\ntargetRows: 5", "wrong size of grid: "}})
+    expect_mended("checkers", wrong);
+}
+
+TEST_F(CliWrongTarget, MillimetresAreWarnedOfAndMayBeWritten) {
+  const std::string right = slurp(root() / "set/target.yaml");
+  spill(root() / "mm.yaml",
+        std::regex_replace(right, std::regex("tagSize: [^\n]*"), "tagSize: 60"));
+  const std::string rest = " " + path("set/images") + " --model f --json";
+  const Outcome wide = run("calibrate --target " + path("mm.yaml") + rest);
+  EXPECT_NE(wide.out.find("m wide: lengths are in metres; write 30mm"), std::string::npos)
+      << wide.out;
+  spill(root() / "mm.yaml",
+        std::regex_replace(right, std::regex("tagSize: [^\n]*"), "tagSize: 60mm"));
+  const Outcome fine = run("calibrate --target " + path("mm.yaml") + rest + " --distance 500mm");
+  EXPECT_EQ(fine.exit_code, 0) << fine.err;
+  EXPECT_EQ(fine.out.find("m wide"), std::string::npos);
+  expect_bad_input("calibrate " + path("set") + " --distance 3miles", {"--distance", "30mm"});
+}
+
+TEST_F(CliWrongTarget, PicturesWithoutABoardAreNoAnswer) {
+  fs::create_directories(root() / "none");
+  spill(root() / "none/a.pgm", "P5 640 400 255\n" + std::string(640 * 400, '\x80'));
+  const Outcome none = run("calibrate --target " + path("set/target.yaml") + " " + path("none"));
+  EXPECT_EQ(none.exit_code, 3) << none.err;
+  EXPECT_TRUE(none.out.starts_with("NO ANSWER: the picture does not show the target")) << none.out;
+}
+
+}  // namespace
+}  // namespace tagcal::tools
