@@ -1,7 +1,5 @@
 #include "tagcal/estimate/rig/rig_start.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -15,81 +13,6 @@ namespace {
 
 constexpr std::size_t kMostCandidates = 40;  // numeric: a limit of work
 constexpr std::size_t kMostJudges = 60;      // numeric: a limit of work
-
-Matrix6 transformed(const Matrix6& by, const Matrix6& covariance) {
-  return by * covariance * by.transpose();
-}
-
-Matrix6 turned_by(const Eigen::Matrix3d& rotation) {
-  return step_by(rotation, Eigen::Vector3d::Zero());
-}
-
-// A view that tells a place U: its own pose is `left` U `right`, up to its noise and that of the
-// trajectory, which is given as of `right`, or of the whole.
-struct Clue {
-  std::size_t camera, view, instant;
-  Pose left, right;
-  Matrix6 of_right = Matrix6::Zero(), of_whole = Matrix6::Zero();
-};
-
-// The views of a camera of connected boards.
-std::vector<Clue> clues_of_camera(const RigState& state, std::size_t camera,
-                                  const Trajectory& trajectory, const Connected& connected,
-                                  int shift) {
-  std::vector<Clue> clues;
-  for (std::size_t v = 0; v < state.instant[camera].size(); ++v) {
-    const auto& t = state.instant[camera][v];
-    const LinkedPoses::Link& link = state.poses.links[camera][v];
-    if (!t || !connected.boards[link.board]) continue;
-    const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(*t) + shift;
-    if (at < 0 || at >= std::ssize(trajectory)) continue;
-    const auto& sight = trajectory[static_cast<std::size_t>(at)];
-    if (!sight) continue;
-    const Pose& board = state.poses.world_from_board[link.board];
-    Clue clue{camera, v, *t, {}, link.motion * sight->rig_from_world * board};
-    clue.of_right = transformed(step_by(link.motion.rotation_matrix(),
-                                        sight->rig_from_world.rotation() * board.translation()),
-                                sight->covariance);
-    clues.push_back(clue);
-  }
-  return clues;
-}
-
-// The views of a board by connected cameras.
-std::vector<Clue> clues_of_board(const RigState& state, std::size_t board,
-                                 const Trajectory& trajectory, const Connected& connected) {
-  std::vector<Clue> clues;
-  for (std::size_t c = 0; c < state.cameras.size(); ++c) {
-    if (!connected.cameras[c]) continue;
-    for (std::size_t v = 0; v < state.instant[c].size(); ++v) {
-      const auto& t = state.instant[c][v];
-      const LinkedPoses::Link& link = state.poses.links[c][v];
-      if (!t || link.board != board || !trajectory[*t]) continue;
-      const Pose moved = state.poses.camera_from_rig[c] * link.motion;
-      Clue clue{c, v, *t, moved * trajectory[*t]->rig_from_world, {}};
-      clue.of_whole = transformed(
-          step_by(moved.rotation_matrix(),
-                  moved.rotation().conjugate() *
-                          (state.own[c][v].camera_from_world.translation() - moved.translation()) -
-                      trajectory[*t]->rig_from_world.translation()),
-          trajectory[*t]->covariance);
-      clues.push_back(clue);
-    }
-  }
-  return clues;
-}
-
-Disagreement disagreement_of(const RigState& state, const Clue& clue, const Pose& own_pose,
-                             const Pose& place) {
-  Disagreement d;
-  d.instant = clue.instant;
-  d.view = clue.view;
-  d.step = minus(clue.left * place * clue.right, own_pose);
-  const Pose to_right = clue.left * place;
-  d.covariance = state.own[clue.camera][clue.view].covariance + clue.of_whole +
-                 transformed(turned_by(to_right.rotation_matrix()), clue.of_right);
-  return d;
-}
 
 // Evenly spread members.
 std::vector<std::size_t> spread_indices(std::size_t n, std::size_t most) {
@@ -295,43 +218,6 @@ std::size_t first_board(const RigState& state) {
 }
 
 }  // namespace
-
-double Disagreement::square() const {
-  const Eigen::Matrix<double, 6, 6> c = covariance;
-  return step.dot(Eigen::LDLT<Eigen::Matrix<double, 6, 6>>(c).solve(step));
-}
-
-Trajectory trajectory_of(const RigState& state, const Connected& connected) {
-  Trajectory trajectory(state.num_instants);
-  for (std::size_t c = 0; c < state.cameras.size(); ++c) {
-    if (!connected.cameras[c]) continue;
-    for (std::size_t v = 0; v < state.own[c].size(); ++v) {
-      const LinkedPoses::Link& link = state.poses.links[c][v];
-      if (!state.instant[c][v] || !connected.boards[link.board]) continue;
-      std::optional<Sight>& sight = trajectory[*state.instant[c][v]];
-      const OwnPose& own = state.own[c][v];
-      if (sight && sight->covariance.trace() <= own.covariance.trace()) continue;
-      const Pose rig_from_camera = (state.poses.camera_from_rig[c] * link.motion).inverse();
-      const Pose board_from_world = state.poses.world_from_board[link.board].inverse();
-      const Eigen::Matrix3d turn = rig_from_camera.rotation_matrix();
-      const Matrix6 by_own =
-          step_by(turn, own.camera_from_world.rotation() * board_from_world.translation());
-      sight = Sight{rig_from_camera * own.camera_from_world * board_from_world,
-                    transformed(by_own, own.covariance)};
-    }
-  }
-  return trajectory;
-}
-
-std::vector<Disagreement> disagreements(const RigState& state, std::size_t camera,
-                                        const Pose& camera_from_rig, const Trajectory& trajectory,
-                                        const Connected& connected) {
-  std::vector<Disagreement> result;
-  for (const Clue& clue : clues_of_camera(state, camera, trajectory, connected, 0))
-    result.push_back(disagreement_of(state, clue, state.own[camera][clue.view].camera_from_world,
-                                     camera_from_rig));
-  return result;
-}
 
 std::optional<PlaceStart> camera_start(const RigState& state, std::size_t camera,
                                        const Trajectory& trajectory, const Connected& connected,

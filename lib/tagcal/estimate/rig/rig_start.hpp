@@ -1,47 +1,11 @@
 #pragma once
 
 #include <optional>
-#include <span>
 #include <vector>
 
-#include "tagcal/estimate/rig/rig_state.hpp"
+#include "tagcal/estimate/rig/rig_sight.hpp"
 
 namespace tagcal::internal {
-
-// Which cameras and boards have a place that is known relative to the reference.
-struct Connected {
-  std::vector<std::uint8_t> cameras, boards;
-};
-
-// Where the world is at an instant.
-struct Sight {
-  Pose rig_from_world;
-  Matrix6 covariance = Matrix6::Zero();  // of (omega, tau): `retract`
-};
-using Trajectory = std::vector<std::optional<Sight>>;  // by instant
-
-// The trajectory by the connected cameras that see connected boards: at each instant by the view of
-// the least uncertainty.
-Trajectory trajectory_of(const RigState& state, const Connected& connected);
-
-// The disagreement of a view's own pose with the rig.
-struct Disagreement {
-  std::size_t instant = 0;
-  std::size_t view = 0;  // of the camera's bundle
-  // From the own pose to that which the rig predicts (`minus`), and its covariance by the noise of
-  // the corners alone.
-  Vector6d step = Vector6d::Zero();
-  Matrix6 covariance = Matrix6::Zero();
-
-  // step' covariance^-1 step: chi-square of six degrees of freedom.
-  double square() const;
-};
-
-// The disagreements of a camera's views of connected boards with a trajectory, for a place of the
-// camera.
-std::vector<Disagreement> disagreements(const RigState& state, std::size_t camera,
-                                        const Pose& camera_from_rig, const Trajectory& trajectory,
-                                        const Connected& connected);
 
 // The place of a camera by the least median of squares of the disagreements, over the places by
 // single views (Rousseeuw 1984). `half_turn`: the own poses may be turned, and `turned` says which

@@ -60,9 +60,9 @@ struct RigState {
 // set, those of the boards and of views that are alone.
 RigState rig_state(const PlacedViews& rig, const std::vector<Calibration>& own, RigLenses lenses);
 
-// Estimates the own poses again, under the lenses and the board of the state: those of a camera with
-// few pictures may have changed much. Of two poses that fit a view as well (policy::kAmbiguousCost)
-// it takes the one at the rig's.
+// Estimates the own poses again, under the lenses and the board of the state: those of a camera
+// with few pictures may have changed much. Of two poses that fit a view as well
+// (policy::kAmbiguousCost) it takes the one at the rig's.
 void update_own_poses(RigState& state);
 
 // The half turn of the world that maps the points of the boards onto themselves, if their ids do

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "tagcal/estimate/rig/rig_state.hpp"
+
+// What single views say of the places of a rig's cameras and boards.
+
+namespace tagcal::internal {
+
+// Which cameras and boards have a place that is known relative to the reference.
+struct Connected {
+  std::vector<std::uint8_t> cameras, boards;
+};
+
+// Where the world is at an instant.
+struct Sight {
+  Pose rig_from_world;
+  Matrix6 covariance = Matrix6::Zero();  // of (omega, tau): `retract`
+};
+using Trajectory = std::vector<std::optional<Sight>>;  // by instant
+
+// The trajectory by the connected cameras that see connected boards: at each instant by the view of
+// the least uncertainty.
+Trajectory trajectory_of(const RigState& state, const Connected& connected);
+
+// The disagreement of a view's own pose with the rig.
+struct Disagreement {
+  std::size_t instant = 0;
+  std::size_t view = 0;  // of the camera's bundle
+  // From the own pose to that which the rig predicts (`minus`), and its covariance by the noise of
+  // the corners alone.
+  Vector6d step = Vector6d::Zero();
+  Matrix6 covariance = Matrix6::Zero();
+
+  // step' covariance^-1 step: chi-square of six degrees of freedom.
+  double square() const;
+};
+
+// The disagreements of a camera's views of connected boards with a trajectory, for a place of the
+// camera.
+std::vector<Disagreement> disagreements(const RigState& state, std::size_t camera,
+                                        const Pose& camera_from_rig, const Trajectory& trajectory,
+                                        const Connected& connected);
+
+// A view that tells a place U: its own pose is `left` U `right`, up to its noise and that of the
+// trajectory, which is given as of `right`, or of the whole.
+struct Clue {
+  std::size_t camera, view, instant;
+  Pose left, right;
+  Matrix6 of_right = Matrix6::Zero(), of_whole = Matrix6::Zero();
+};
+
+// The views of a camera of connected boards. `shift`: the trajectory is taken that many instants
+// later.
+std::vector<Clue> clues_of_camera(const RigState& state, std::size_t camera,
+                                  const Trajectory& trajectory, const Connected& connected,
+                                  int shift);
+
+// The views of a board by connected cameras.
+std::vector<Clue> clues_of_board(const RigState& state, std::size_t board,
+                                 const Trajectory& trajectory, const Connected& connected);
+
+// The disagreement of a view with a place, for one of its own poses.
+Disagreement disagreement_of(const RigState& state, const Clue& clue, const Pose& own_pose,
+                             const Pose& place);
+
+}  // namespace tagcal::internal
