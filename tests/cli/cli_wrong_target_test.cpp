@@ -75,7 +75,7 @@ TEST_F(CliWrongTarget, AprilGrids) {
   for (const WrongTarget& wrong : {WrongTarget{"tagCols: 4", "tagCols: 3", "wrong columns: "},
                                    {"tagCols: 4", "tagCols: 5", "wrong columns: "},
                                    {"border_bits: 1", "border_bits: 2", "wrong border: "},
-                                   {"family: tag36h11", "family: tag25h9", "wrong family: "}})
+                                   {"\"tag36h11\"", "\"tag25h9\"", "wrong family: "}})
     expect_mended("set", wrong);
 }
 

@@ -252,7 +252,7 @@ inline constexpr double kLayoutSureShare = 0.9;
 inline constexpr double kMarkerShareTolerance = 0.04;
 // A picture is looked at for mistakes in the target file if it shows a smaller share of a board's
 // points. Source: none; chosen by hand. More cost time only.
-inline constexpr double kSuspiciousShare = 0.6;
+inline constexpr double kSuspiciousShare = 0.9;
 
 // ---- Finding checkerboards
 
