@@ -2,6 +2,7 @@
 #include "camera_files.hpp"
 #include "cli_pose_fixture.hpp"
 #include "tagcal/io/calibration_file.hpp"
+#include "tagcal/io/camera_file.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -117,7 +118,10 @@ TEST_F(ConvertCli, CamerasOfPartsAndScaledPictures) {
   const Outcome written = run("convert " + truth + " " + path("part.yaml") +
                               " --to tagcal --crop 40,20,560x360 --resize 280x180");
   ASSERT_EQ(written.exit_code, 0) << written.err;
-  const Camera whole = read_camera(truth).camera, part = read_camera(path("part.yaml")).camera;
+  const auto camera_of = [](const std::string& file) {
+    return read_one_camera(file).cameras[0].calibration.camera;
+  };
+  const Camera whole = camera_of(truth), part = camera_of(path("part.yaml"));
   EXPECT_EQ(part.image_size, (ImageSize{280, 180}));
   const auto before = parameters(whole.lens), after = parameters(part.lens);
   EXPECT_NEAR(after[0], before[0] / 2, 1e-9);

@@ -130,7 +130,7 @@ TEST_F(CliMany, WhatCannotWorkIsSaidBeforeAnyWork) {
   expect_bad_input(two + " " + path("other/b/") + " --out " + path("twins"),
                    {"other/b", "names must differ", "called b too"});
   expect_bad_input(two + " --out " + path("scene.yaml"), {"scene.yaml", "must be a folder"});
-  expect_bad_input(two + " --uncertainty " + path("u.svg"), {"--uncertainty", "one data set"});
+  expect_bad_input(two + " --uncertainty " + path("u.svg"), {"--uncertainty", "one camera"});
   expect_bad_input(two + " --observations x.csv", {"--observations", "one data set"});
   expect_bad_input(two + " --model opencv6", {"opencv6"});
   EXPECT_EQ(

@@ -43,7 +43,7 @@ class CliWrongTarget : public Cli {
     const std::size_t begin = message.find("write ");
     std::string line = message.substr(begin + 6, message.find('\n', begin) - begin - 6);
     line = std::regex_replace(line, std::regex("\\n\\s+"), " ");
-    static const std::regex pair(R"(([A-Za-z_]+): ([A-Za-z0-9_.]+[A-Za-z0-9_]))");
+    static const std::regex pair(R"(([A-Za-z_]+): ([A-Za-z0-9_.]*[A-Za-z0-9_]))");
     for (std::sregex_iterator it(line.begin(), line.end(), pair), end; it != end; ++it)
       target = std::regex_replace(target, std::regex((*it)[1].str() + ": [^\n]*"), it->str());
     return target;
@@ -75,7 +75,7 @@ TEST_F(CliWrongTarget, AprilGrids) {
   for (const WrongTarget& wrong : {WrongTarget{"tagCols: 4", "tagCols: 3", "wrong columns: "},
                                    {"tagCols: 4", "tagCols: 5", "wrong columns: "},
                                    {"border_bits: 1", "border_bits: 2", "wrong border: "},
-                                   {"family: tag36h11", "family: tag25h9", "wrong family: "}})
+                                   {"\"tag36h11\"", "\"tag25h9\"", "wrong family: "}})
     expect_mended("set", wrong);
 }
 

@@ -20,7 +20,7 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr std::size_t kNeighbours = 4;  // numeric: of each tag, those on its sides
-constexpr int kMostColumns = 60;        // numeric: of candidates, a limit of work
+constexpr int kMostColumns = 40;        // numeric: of candidates, a limit of work
 
 // A tag as another one sees it: the centre in the other's frame, unit its side.
 struct Neighbour {
@@ -89,8 +89,11 @@ Agreement agreement(const std::vector<Neighbour>& neighbours, const Layout& layo
   return result;
 }
 
+bool is_sure(const Agreement& agreement) { return agreement.share > policy::kLayoutSureShare; }
+
+// A shifted pattern moves only the markers at the ends of the rows, so that most pairs agree.
 bool is_refuted_by(const Agreement& own, const Agreement& other) {
-  return own.share < policy::kLayoutRefutedShare && other.share > policy::kLayoutSureShare;
+  return is_sure(other) && other.share - own.share > 1 - policy::kLayoutSureShare;
 }
 
 // ---- AprilGrid
@@ -105,7 +108,7 @@ Layout grid_layout(int columns, int first_id) {
 std::vector<TargetMistake> grid_mistakes(const AprilGrid& grid, const SeenQuads& seen) {
   const std::vector<Neighbour> neighbours = neighbours_in(seen);
   const Agreement own = agreement(neighbours, grid_layout(grid.columns, grid.first_id));
-  if (own.share < policy::kLayoutRefutedShare) {
+  if (!is_sure(own)) {
     for (int columns = 1; columns <= kMostColumns; ++columns)
       if (is_refuted_by(own, agreement(neighbours, grid_layout(columns, grid.first_id))))
         return {{"wrong columns",
@@ -116,9 +119,7 @@ std::vector<TargetMistake> grid_mistakes(const AprilGrid& grid, const SeenQuads&
     return {};
   }
   const double spacing = own.scale - 1;
-  if (own.share <= policy::kLayoutSureShare ||
-      std::abs(spacing - grid.tag_spacing) < policy::kSpacingTolerance)
-    return {};
+  if (std::abs(spacing - grid.tag_spacing) < policy::kSpacingTolerance) return {};
   const bool is_metres =
       std::abs(grid.tag_spacing / grid.tag_size - spacing) < policy::kSpacingTolerance;
   return {{"wrong tag spacing",
@@ -186,7 +187,7 @@ std::vector<TargetMistake> charuco_mistakes(const Charuco& board, const SeenQuad
   const bool is_shifted = board.legacy && board.square_rows % 2 == 0;
   const Agreement own =
       agreement(neighbours, marker_layout(board.square_columns, is_shifted, first, last));
-  if (own.share < policy::kLayoutRefutedShare) {
+  if (!is_sure(own)) {
     const auto other = other_squares(neighbours, own, first, last);
     if (!other) return {};
     if (other->columns == board.square_columns)
@@ -198,9 +199,7 @@ std::vector<TargetMistake> charuco_mistakes(const Charuco& board, const SeenQuad
     return {{"wrong squares", squares_text(board, *other), true}};
   }
   const double share = 1 / own.scale, stated = board.marker_size / board.square_size;
-  if (own.share <= policy::kLayoutSureShare ||
-      std::abs(share - stated) < policy::kMarkerShareTolerance)
-    return {};
+  if (std::abs(share - stated) < policy::kMarkerShareTolerance) return {};
   return {{"wrong marker size",
            fmt::format("a marker is {:.2f} of a square in the picture, {:.2f} in the target file; "
                        "if squareSize is right, write markerSize: {:.3g}",

@@ -243,16 +243,16 @@ inline constexpr double kSpacingTolerance = 0.04;
 // perspective within a few tags and half a pitch.
 inline constexpr double kLayoutTolerance = 0.3;
 inline constexpr std::size_t kFewestLayoutPairs = 8;
-// The target file's layout is wrong if fewer of the pairs agree with it than the first share, and
-// more with another one than the second. Source: none; chosen by hand, with a wide gap.
-inline constexpr double kLayoutRefutedShare = 0.5;
+// The target file's layout is wrong if more of the pairs than this agree with another one, and as
+// many more than with it as this lacks to all. Source: none; chosen by hand: of a row of 13 squares
+// a shifted pattern moves the markers at the ends, which are in an eighth of the pairs.
 inline constexpr double kLayoutSureShare = 0.9;
 // Squares. Two sizes of markers that differ by more are different ones. Source: usual sizes, 0.6,
 // 0.7, 0.75 and 0.8, differ by 0.05.
 inline constexpr double kMarkerShareTolerance = 0.04;
 // A picture is looked at for mistakes in the target file if it shows a smaller share of a board's
 // points. Source: none; chosen by hand. More cost time only.
-inline constexpr double kSuspiciousShare = 0.6;
+inline constexpr double kSuspiciousShare = 0.9;
 
 // ---- Finding checkerboards
 
