@@ -206,13 +206,22 @@ std::optional<CameraMove> camera_move(const RigState& state, std::size_t camera,
 
 std::optional<PlaceOfPair> place_of(std::span<const Disagreement> disagreements,
                                     const RigState& state, std::size_t camera) {
-  LinearFit fit(6);
-  for (const Disagreement& d : disagreements) fit.add(d, by_place(state, camera, d.view));
-  if (fit.num_rows < 6 + 6) return std::nullopt;  // numeric: two views leave a residual
-  PlaceOfPair place;
-  place.step = fit.solution();
-  const double variance = std::max(1.0, fit.rest() / (fit.num_rows - 6));
-  place.covariance = variance * fit.information.ldlt().solve(MatrixXd::Identity(6, 6));
+  const std::vector<Disagreement> all(disagreements.begin(), disagreements.end());
+  std::vector<MatrixXd> columns;
+  for (const Disagreement& d : all) columns.emplace_back(by_place(state, camera, d.view));
+  constexpr int kRounds = 3;  // numeric: the members are stable after two
+  std::vector<std::uint8_t> kept(all.size(), 1);
+  std::optional<PlaceOfPair> place;
+  for (int round = 0; round < kRounds; ++round) {
+    LinearFit fit(6);
+    for (std::size_t i = 0; i < all.size(); ++i)
+      if (kept[i]) fit.add(all[i], columns[i]);
+    if (fit.num_rows < 6 + 6) return std::nullopt;  // numeric: two views leave a residual
+    const double variance = std::max(1.0, fit.rest() / (fit.num_rows - 6));
+    place = PlaceOfPair{fit.solution(),
+                        variance * fit.information.ldlt().solve(MatrixXd::Identity(6, 6))};
+    kept = consistent(all, place->step, columns);
+  }
   return place;
 }
 
