@@ -19,8 +19,8 @@ set(layers internal geometry solvers camera viewing scene uncertainty reproject 
 set(neighbours_estimate detect reproject)
 set(neighbours_detect estimate reproject)
 # Headers of a layer's own folder that have a place among its rooms; the others come last.
-set(rooms_estimate policy types findings pose bundle calibration checks facade)
-set(types_in_estimate types)
+set(rooms_estimate policy types findings pose bundle calibration checks rig facade)
+set(types_in_estimate types rig_types)
 set(findings_in_estimate findings)
 set(rooms_detect types policy tag_fit opencv apriltag board_search checker_search circle_search mistakes facade)
 set(types_in_detect types)

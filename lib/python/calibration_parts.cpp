@@ -83,8 +83,7 @@ void bind_step(py::module_& m) {
       .field("difference_px", &ModelStep::difference_px,
              "Difference of its projection from that of the model of lowest BIC, RMS over the "
              "seen region, less a motion of the camera. None if the two were not compared.")
-      .field("weight", &ModelStep::weight,
-             "In the claim.")
+      .field("weight", &ModelStep::weight, "In the claim.")
       .field("taken", &ModelStep::taken, "The answer, or a fit that the answer started from.")
       .field("sentence", &ModelStep::sentence, "The reason.")
       .representation([](const ModelStep& s) { return s.model + ": " + s.sentence; });
@@ -99,6 +98,12 @@ void bind_checks(py::module_& m) {
       .field("ratio", &HalvesCheck::ratio, "difference_px / predicted_px.")
       .field("disagree", &HalvesCheck::disagree,
              "True if the ratio exceeds 2, and chi-square of the parameters p = 0.001.")
+      .field(
+          "source",
+          [](const HalvesCheck& h) {
+            return h.source.empty() ? std::nullopt : std::optional(h.source);
+          },
+          "The source whose views are compared with the rest; None: every other view.")
       .representation([](const HalvesCheck& h) {
         return std::string(h.disagree ? "disagree" : "agree") + ", ratio " + number(h.ratio, 3);
       });

@@ -12,6 +12,7 @@
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/calibrate_rig.hpp"
 #include "tagcal/io/rig_calibration_file.hpp"
+#include "tagcal/io/types.hpp"
 #include "tagcal/scene/rig_pairing.hpp"
 
 // Several cameras on one body.
@@ -20,7 +21,7 @@ namespace tagcal::python {
 namespace {
 
 using Names = std::optional<std::vector<std::string>>;
-using Known = std::optional<std::vector<UncertainCamera>>;
+using Known = std::optional<std::vector<CalibrationFile>>;
 using Times = std::optional<std::vector<std::vector<double>>>;
 
 std::vector<Instant> paired(const std::string& pair, double tolerance_s,
@@ -61,7 +62,8 @@ RigCalibration calibrate_datasets(const std::vector<Dataset>& datasets, const st
   options.find_clocks = find_clocks;
   if (cameras) {
     options.lenses = RigLenses::fixed;
-    for (const UncertainCamera& camera : *cameras) options.known.push_back({camera, 0});
+    for (const CalibrationFile& camera : *cameras)
+      options.known.push_back({uncertain_camera(camera), camera.camera_error_px.value_or(0)});
   }
   py::gil_scoped_release release;
   return calibrate_rig(rig, options);
@@ -103,7 +105,9 @@ void bind_cameras(py::module_& m) {
   Record<RigCameraEstimate> camera(m, "RigCamera", "One camera of a calibrated rig.");
   camera.field("name", &RigCameraEstimate::name, "Its name.");
   camera.field("calibration", &RigCameraEstimate::own, "Calibration, from its own pictures alone.");
-  camera.field("uncertain_camera", &RigCameraEstimate::camera, "The rig's answer, with its claim.");
+  camera.field(
+      "camera", [](const RigCameraEstimate& c) { return c.camera.camera; }, "The rig's Camera.");
+  camera.field("claim", &RigCameraEstimate::camera, "The same with what is known of its lens.");
   camera.field("camera_from_rig", &RigCameraEstimate::camera_from_rig,
                "Pose; the rig's frame is that of the reference camera.");
   camera.field(

@@ -13,7 +13,7 @@ class CliRig : public Cli {
   // Corners of the scene's exact observations, with 0.1 px of noise that a seed makes.
   void render(const std::string& name, const std::string& scene) {
     spill(root() / (name + ".yaml"), scene);
-    const Outcome rendered = run("render " + path(name + ".yaml") + " --out " + path(name));
+    const Outcome rendered = run("render " + path(name + ".yaml") + " --force --out " + path(name));
     ASSERT_EQ(rendered.exit_code, 0) << rendered.err;
   }
 };
@@ -92,7 +92,7 @@ TEST_F(CliRig, BadInputIsOneLine) {
   fs::copy(root() / "rig/left/images", root() / "again");
   refused(left + " " + path("again") + target, "are the same picture");
   refused(left + " " + right + target + " --pair time:0", "time:5ms");
-  refused(left + " " + right + target + " --pair time:5ms", "stamp");
+  refused(left + " " + right + target + " --pair time:5ms", "times of its pictures");
   refused(left + " " + right + target + " --model middle=f", "left, right");
 }
 

@@ -6,7 +6,7 @@ namespace tagcal::tools {
 namespace {
 
 constexpr const char* kCharucoScene = R"(
-camera: {image_size: [640, 400], model: f, f: 520, cx: 317, cy: 203}
+camera: {image_size: [640, 400], model: f, f: 520}
 boards:
   - target: {target_type: charuco, squareCols: 7, squareRows: 6, squareSize: 0.04, markerSize: 0.03, dictionary: DICT_4X4_250}
 path: {type: dome, target_m: [0.14, 0.12, 0], min_distance_m: 0.4, max_distance_m: 0.5, min_elevation_deg: 45, max_elevation_deg: 80}
@@ -16,7 +16,7 @@ sensor: {blur_px: 0.7, noise_levels: 2}
 )";
 
 constexpr const char* kCheckerScene = R"(
-camera: {image_size: [640, 400], model: f, f: 520, cx: 317, cy: 203}
+camera: {image_size: [640, 400], model: f, f: 520}
 boards:
   - target: {target_type: checkerboard, targetCols: 6, targetRows: 5, rowSpacingMeters: 0.04, colSpacingMeters: 0.04}
 path: {type: dome, target_m: [0.1, 0.08, 0], min_distance_m: 0.5, max_distance_m: 0.6, min_elevation_deg: 45, max_elevation_deg: 80}

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "spoiled_worlds.hpp"
+#include "tagcal/estimate/findings.hpp"
 #include "tagcal/estimate/calibrate.hpp"
 #include "tagcal/estimate/pose.hpp"
 #include "tagcal/estimate/view_correspondences.hpp"
@@ -331,6 +332,13 @@ std::set<std::string> listed_codes() {
 TEST(EveryFinding, HasDataThatCauseIt) {
   // What the commands add themselves: cli_pose_test, cli_calibration_test.
   std::set<std::string> reached = {"input", "target_unseen"};
+  // Of rigs: calibrate_rig_test, cli_rig_test. Of several sources: lack_of_fit_test.
+  for (const FindingCode& code :
+       {code::camera_moved, code::camera_without_answer, code::clock_corrected,
+        code::corner_order_differs, code::extrinsic_not_observable, code::instants_rejected,
+        code::instants_strained, code::not_connected, code::not_synchronous, code::pair_contradicts,
+        code::single_instant, code::sources_disagree})
+    reached.emplace(code.name);
   for (const Case& c : all_cases()) {
     EXPECT_TRUE(c.said.codes.contains(c.code)) << c.code << testing::PrintToString(c.said.codes);
     reached.insert(c.code);

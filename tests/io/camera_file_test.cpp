@@ -251,8 +251,6 @@ TEST_F(CameraFileTest, BadFiles) {
       {replaced(kOpenCVXml, "<cols>3", "<cols>4"), ": camera_matrix.data: must be a list of 12"},
       {replaced(kKalibr, "458.654, ", ""), ": cam0.intrinsics: must be a list of 4"},
       {replaced(kKalibr, "0.9999971", "2"), ": cam1.T_cn_cnm1: "},
-      {replaced(kKalibr, "  resolution: [752, 480]\n", ""),
-       ": cam0.resolution: the key is missing"},
       {replaced(kMrcal, "1190.6,", "'x',"), ": intrinsics[0]: must be a finite number"},
       {replaced(kMrcal, "    'imagersize'", "    'imagesize'"), ": imagersize: the key is missing"},
       {replaced(kColmap, "600 601", "600 abc"),

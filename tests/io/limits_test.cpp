@@ -156,7 +156,8 @@ TEST_F(Limits, PixelsOfSmallFiles) {
 TEST_F(Limits, BytesOfPictures) {
   const fs::path file = write("a.png", "\x89PNG");
   fs::resize_file(file, limits::kMaxPictureBytes + 1);  // sparse: takes no room
-  EXPECT_EQ(error_of([&] { read_image_size(file); }), file.string() + ": is larger than 1 GiB");
+  EXPECT_EQ(error_of([&] { read_image_size(file); }),
+            file.string() + ": is larger than 1 GiB: take single pictures out of a video or bag");
 }
 
 // The page names each constant with its value.

@@ -131,13 +131,26 @@ TEST_F(TargetFile, BadGrids) {
        {"tagRows: 5", "tagRows: 5\ntagRows: 6", ": line 4: tagRows: the key is given twice"},
        {"tagSize: 0.088", "tagSize: -0.088", ": tagSize: must be > 0, got -0.088"},
        {"tagSize: 0.088", "tagSize: 0", ": tagSize: must be > 0, got 0"},
-       {"tagSize: 0.088", "tagSize: .nan", ": tagSize: must be a finite number, got .nan"},
-       {"tagSize: 0.088", "tagSize: nan", ": tagSize: must be a finite number, got nan"},
-       {"tagSize: 0.088", "tagSize: .inf", ": tagSize: must be a finite number, got .inf"},
-       {"tagSize: 0.088", "tagSize: 1e400", ": tagSize: must be a finite number, got 1e400"},
-       {"tagSize: 0.088", "tagSize: 88 mm", ": tagSize: must be a finite number, got 88 mm"},
-       {"tagSize: 0.088", "tagSize: 0,088", ": tagSize: must be a finite number, got 0,088"},
-       {"tagSize: 0.088", "tagSize: {a: 1}", ": tagSize: must be a finite number, got a map"},
+       {"tagSize: 0.088", "tagSize: .nan",
+        ": tagSize: must be a length in metres, or with its unit (30mm, 3cm, 0.03m, 1in), got "
+        ".nan"},
+       {"tagSize: 0.088", "tagSize: nan",
+        ": tagSize: must be a length in metres, or with its unit (30mm, 3cm, 0.03m, 1in), got nan"},
+       {"tagSize: 0.088", "tagSize: .inf",
+        ": tagSize: must be a length in metres, or with its unit (30mm, 3cm, 0.03m, 1in), got "
+        ".inf"},
+       {"tagSize: 0.088", "tagSize: 1e400",
+        ": tagSize: must be a length in metres, or with its unit (30mm, 3cm, 0.03m, 1in), got "
+        "1e400"},
+       {"tagSize: 0.088", "tagSize: 88 mm",
+        ": tagSize: must be a length in metres, or with its unit (30mm, 3cm, 0.03m, 1in), got 88 "
+        "mm"},
+       {"tagSize: 0.088", "tagSize: 0,088",
+        ": tagSize: must be a length in metres, or with its unit (30mm, 3cm, 0.03m, 1in), got "
+        "0,088"},
+       {"tagSize: 0.088", "tagSize: {a: 1}",
+        ": tagSize: must be a length in metres, or with its unit (30mm, 3cm, 0.03m, 1in), got a "
+        "map"},
        {"tagSpacing: 0.3", "tagSpacing: -0.3", ": tagSpacing: must be >= 0, got -0.3"},
        {"'aprilgrid'", "'aprilgird'",
         ": target_type: must be aprilgrid, tags, checkerboard, charuco, circlegrid or points"},
@@ -210,7 +223,9 @@ TEST_F(TargetFile, CheckerboardsHaveKalibrsKeys) {
         ": targetCols * targetRows: must be at most 100000, got 300000"},
        {"targetRows: 6\n", "", ": targetRows: the key is missing"},
        {"Meters: 0.06", "Meters: 0", ": rowSpacingMeters: must be > 0, got 0"},
-       {"Meters: 0.05", "Meters: x", ": colSpacingMeters: must be a finite number, got x"},
+       {"Meters: 0.05", "Meters: x",
+        ": colSpacingMeters: must be a length in metres, or with its unit (30mm, 3cm, 0.03m, 1in), "
+        "got x"},
        {"targetCols", "starts_black: 1\ntargetCols", ": starts_black: must be true or false, got"},
        {"targetCols", "first_id: 2147483640\ntargetCols",
         ": first_id: the ids must stay below 2^31, but end at 2147483681"}});

@@ -45,7 +45,7 @@ def test_known_cameras_are_held() -> None:
     known = [tagcal.calibrate(s).uncertain_camera for s in sets]
     rig = tagcal.calibrate_rig(sets, cameras=known)
     assert rig.is_answer, rig
-    assert rig.cameras[0].uncertain_camera.camera.parameters == known[0].camera.parameters
+    assert rig.cameras[0].camera.parameters == known[0].camera.parameters
 
 
 def test_wrong_arguments_are_named() -> None:

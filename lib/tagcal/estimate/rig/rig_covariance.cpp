@@ -182,7 +182,8 @@ std::optional<MatrixXd> covariance_of_rig(const RigState& solved, const RigLayou
   MatrixXd total = root * root.transpose() / spread->overdispersion;
   total.diagonal().tail(layout.size - extrinsics).array() += 1;
   // So little that only what is not determined gets its variance from it.
-  total.diagonal().head(extrinsics) += 1e-12 * all.diagonal().head(extrinsics);  // numeric
+  total.diagonal().head(extrinsics) +=
+      1e-12 * all.diagonal().head(extrinsics);  // numeric: see above
   const auto covariance = exact_inverse(total);
   if (!covariance) return std::nullopt;
   return MatrixXd(by_z * *covariance * by_z.transpose());

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <map>
 #include <optional>
 #include <utility>
@@ -148,7 +149,9 @@ bool is_camera(const YamlValue& value) {
 std::optional<int> camera_number(std::string_view key) {
   if (!key.starts_with("cam") || key.size() < 4 || key.size() > 9) return std::nullopt;
   if (key.find_first_not_of("0123456789", 3) != std::string_view::npos) return std::nullopt;
-  return std::stoi(std::string(key.substr(3)));
+  int number = 0;
+  std::from_chars(key.data() + 3, key.data() + key.size(), number);
+  return number;
 }
 
 // The cameras by their keys: cam0, cam1, .. by their numbers, none of which may be missing, or

@@ -17,22 +17,6 @@
 namespace tagcal::internal {
 namespace {
 
-// tagcal's.
-void read_views(const YamlValue& views, CameraFile& file) {
-  std::set<std::string> names;
-  for (const YamlValue& view : views.items(0, limits::kMaxListedPoses)) {
-    const std::vector<double> q = view.at("rotation").numbers(4);
-    const Eigen::Quaterniond rotation(q[0], q[1], q[2], q[3]);
-    if (!(std::abs(rotation.norm() - 1) <= kRotationTolerance))
-      view.at("rotation")
-          .fail_plainly(fmt::format(
-              "must be a unit quaternion [w, x, y, z], got one of length {:.6g}", rotation.norm()));
-    file.poses.push_back(
-        {read_image_name(view.at("image"), names), 0,
-         Pose(rotation, Eigen::Vector3d::Map(view.at("translation_m").numbers(3).data()))});
-  }
-}
-
 // OpenCV's sample program: a rotation vector and a translation per picture, without its name.
 void read_extrinsics(const YamlValue& value, CameraFile& file) {
   const Eigen::MatrixXd rows = read_matrix(value);
@@ -75,6 +59,21 @@ CameraFile read_stereo(const YamlValue& top) {
 }
 
 }  // namespace
+
+void read_views(const YamlValue& views, CameraFile& file) {
+  std::set<std::string> names;
+  for (const YamlValue& view : views.items(0, limits::kMaxListedPoses)) {
+    const std::vector<double> q = view.at("rotation").numbers(4);
+    const Eigen::Quaterniond rotation(q[0], q[1], q[2], q[3]);
+    if (!(std::abs(rotation.norm() - 1) <= kRotationTolerance))
+      view.at("rotation")
+          .fail_plainly(fmt::format(
+              "must be a unit quaternion [w, x, y, z], got one of length {:.6g}", rotation.norm()));
+    file.poses.push_back(
+        {read_image_name(view.at("image"), names), 0,
+         Pose(rotation, Eigen::Vector3d::Map(view.at("translation_m").numbers(3).data()))});
+  }
+}
 
 bool has_opencv_keys(const YamlValue& top) {
   constexpr std::string_view kKeys[] = {"camera_matrix",

@@ -14,6 +14,10 @@ bool has_opencv_keys(const YamlValue& top);
 // extrinsic_parameters.
 CameraFile read_opencv(const YamlValue& top);
 
+// Adds the poses of the list `views`, of tagcal: image, rotation, translation_m. The camera is
+// number 0.
+void read_views(const YamlValue& views, CameraFile& file);
+
 enum class StorageKind { yaml, xml, json };
 StorageKind storage_kind(std::string_view extension);  // ".xml", ".json"; others are YAML
 

@@ -6,6 +6,7 @@
 #include "tagcal/io/formats/corner_order.hpp"
 #include "tagcal/io/formats/number_format.hpp"
 #include "tagcal/io/formats/opencv_camera.hpp"
+#include "tagcal/io/formats/opencv_format.hpp"
 #include "tagcal/io/text/limits.hpp"
 #include "tagcal/io/text/number_text.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
@@ -147,6 +148,14 @@ CameraFile read_rig_cameras(const YamlValue& top) {
     if (const auto pose = item.find("camera_from_rig")) camera.camera_from_rig = read_pose(*pose);
     file.cameras.push_back(std::move(camera));
   }
+  const auto views = top.find("views");
+  if (!views) return file;
+  read_views(*views, file);
+  const std::vector<YamlValue> items = views->items(0, file.poses.size());
+  for (std::size_t i = 0; i < items.size(); ++i)
+    if (const auto camera = items[i].find("camera"))
+      file.poses[i].camera =
+          static_cast<std::size_t>(camera->whole(0, static_cast<int>(file.cameras.size()) - 1));
   return file;
 }
 
@@ -159,8 +168,9 @@ FormatOutput write_tagcal(const CameraFile& file) {
   if (!file.poses.empty()) text += "views:\n";
   std::set<std::string> names;
   for (std::size_t i = 0; i < file.poses.size(); ++i)
-    text +=
-        image_line(file.poses[i].image, i, names) + pose_lines(file.poses[i].camera_from_world, "");
+    text += image_line(file.poses[i].image, i, names) +
+            pose_lines(file.poses[i].camera_from_world, "") +
+            (is_rig ? fmt::format("     camera: {}\n", file.poses[i].camera) : "");
   if (!is_rig) note_no_rig(file, output.notes);
   output.files = {{"", text}};
   return output;
