@@ -8,13 +8,209 @@
 #include <memory>
 #include <mutex>
 
-#include "tagcal/estimate/bundle/bundle_costs.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/refine_pose.hpp"
 #include "tagcal/internal/parallel.hpp"
 
 namespace tagcal::internal {
 namespace {
+
+
+// A pose that the solver varies, by a step from its start: omega (rad), and tau in units of the
+// start's distance. Rotations and translations then have the same scale for the solver, whatever
+// the unit of length is.
+struct VariedPose {
+  Pose reference;
+  double length = 1;
+  Vector6d step = Vector6d::Zero();
+
+  explicit VariedPose(const Pose& start) : reference(start) {
+    const double distance = start.translation().norm();
+    if (distance > 0) length = distance;
+  }
+
+  Pose value() const {
+    Vector6d scaled = step;
+    scaled.tail<3>() *= length;
+    return retract(reference, scaled);
+  }
+
+  // Derivatives by the step, from those by a step of `retract` at its value.
+  template <typename Rows, typename Derived>
+  void by_step(const Eigen::MatrixBase<Rows>& by_pose, Eigen::MatrixBase<Derived>& result) const {
+    result.template leftCols<3>().noalias() =
+        by_pose.template leftCols<3>().lazyProduct(left_jacobian(step.head<3>()));
+    result.template rightCols<3>() = length * by_pose.template rightCols<3>();
+  }
+};
+
+// The poses of cameras, instants and boards at the solver's current state. Vectors are never
+// reallocated, because Ceres orders parameter blocks by their addresses.
+struct VariedPoses {
+  LinkedPoses& values;
+  std::vector<VariedPose> cameras, instants, boards;
+
+  explicit VariedPoses(LinkedPoses& poses)
+      : values(poses),
+        cameras(poses.camera_from_rig.begin(), poses.camera_from_rig.end()),
+        instants(poses.rig_from_world.begin(), poses.rig_from_world.end()),
+        boards(poses.world_from_board.begin(), poses.world_from_board.end()) {}
+
+  void update() {
+    const auto take = [](const std::vector<VariedPose>& from, std::vector<Pose>& to) {
+      for (std::size_t i = 0; i < from.size(); ++i) to[i] = from[i].value();
+    };
+    take(cameras, values.camera_from_rig);
+    take(instants, values.rig_from_world);
+    take(boards, values.world_from_board);
+  }
+};
+
+// The compressed rows [J | r] of a view at the solver's current state. It holds nothing per corner:
+// of ten thousand views that would be most of the memory.
+struct ViewRows {
+  std::size_t camera, view;  // of its bundle
+  LinkedPoses::Link link;
+  bool valid = false;  // no corner is outside of the lens' domain
+  Eigen::MatrixXd rows;
+
+  // Computes the rows for a lens and the shape of the bundle's board.
+  void evaluate(const Bundle& bundle, const Lens& lens, const LinkedPoses& poses) {
+    ViewEquations equations(bundle, view, bundle.model->free(), bundle.row_prior());
+    Eigen::MatrixXd gram;
+    valid = equations.sums.at(lens, poses.camera_from_board(camera, link), gram);
+    if (valid) compressed_rows(gram, 6, rows);
+  }
+};
+
+// The cost of all corners of one view; parameter blocks are the steps (6 each) of the instant, of a
+// camera that is not the reference and of a board that is not the held one, the free parameters and
+// the shape of the board (k together). Ceres gets 6 + k + 1 rows instead of two per corner, because
+// copying those took most of its time.
+class ViewCost : public ceres::CostFunction {
+ public:
+  ViewCost(const ViewRows& view, const Bundle& bundle, const VariedPoses& poses)
+      : view_(view), poses_(poses) {
+    set_num_residuals(6 + bundle.num_parameters() + 1);
+    parts_.push_back(&poses.instants[view.link.instant]);
+    if (moves_camera()) parts_.push_back(&poses.cameras[view.camera]);
+    if (moves_board()) parts_.push_back(&poses.boards[view.link.board]);
+    for (std::size_t i = 0; i < parts_.size(); ++i) mutable_parameter_block_sizes()->push_back(6);
+    const int num_free = bundle.model->num_free();
+    if (num_free > 0) mutable_parameter_block_sizes()->push_back(num_free);
+    if (bundle.board) mutable_parameter_block_sizes()->push_back(bundle.num_shapes());
+  }
+
+  bool Evaluate(const double* const* /*parameters*/, double* residuals,
+                double** jacobians) const override {
+    if (!view_.valid) return false;
+    const Eigen::MatrixXd& rows = view_.rows;
+    const Eigen::Index n = rows.rows();
+    Eigen::Map<Eigen::VectorXd>(residuals, n) = rows.col(n - 1);
+    if (!jacobians) return true;
+    set_poses(jacobians);
+    Eigen::Index column = 6;
+    for (std::size_t b = parts_.size(); b < parameter_block_sizes().size(); ++b) {
+      const int k = parameter_block_sizes()[b];
+      if (jacobians[b]) Eigen::Map<RowMajorX>(jacobians[b], n, k) = rows.middleCols(column, k);
+      column += k;
+    }
+    return true;
+  }
+
+ private:
+  bool moves_camera() const { return view_.camera != poses_.values.reference; }
+  bool moves_board() const { return view_.link.board != poses_.values.first_board; }
+
+  void set_poses(double** jacobians) const {
+    const Eigen::MatrixXd& rows = view_.rows;
+    const auto set = [&](std::size_t part, const auto& by_pose) {
+      if (!jacobians[part]) return;
+      Eigen::Map<RowMajor6> by_step(jacobians[part], rows.rows(), 6);
+      parts_[part]->by_step(by_pose, by_step);
+    };
+    if (parts_.size() == 1 && poses_.values.camera_from_rig.size() == 1)
+      return set(0, rows.leftCols<6>());
+    const LinkedSteps steps(poses_.values, view_.camera, view_.link);
+    const auto by = [&](const Matrix6& step) { return RowMajor6(rows.leftCols<6>() * step); };
+    std::size_t part = 0;
+    set(part++, by(steps.by_instant));
+    if (moves_camera()) set(part++, by(steps.by_camera));
+    if (moves_board()) set(part++, by(steps.by_board));
+  }
+
+  const ViewRows& view_;
+  const VariedPoses& poses_;
+  std::vector<const VariedPose*> parts_;  // in the order of the parameter blocks
+};
+
+// The cost of the priors; parameter blocks are the free parameters and the shape of the board. With
+// several cameras the first one has the board's.
+class PriorCost : public ceres::CostFunction {
+ public:
+  PriorCost(const Bundle& bundle, bool with_board) : bundle_(bundle), with_board_(with_board) {
+    set_num_residuals(static_cast<int>(prior().residuals.size()));
+    if (bundle.model->num_free() > 0)
+      mutable_parameter_block_sizes()->push_back(bundle.model->num_free());
+    if (with_board) mutable_parameter_block_sizes()->push_back(bundle.num_shapes());
+  }
+
+  // The parameters are those of the bundle.
+  bool Evaluate(const double* const* /*parameters*/, double* residuals,
+                double** jacobians) const override {
+    if (!bundle_.model->lens(bundle_.free_values, bundle_.image_size)) return false;
+    const PriorRows rows = prior();
+    const Eigen::Index n = rows.residuals.size();
+    Eigen::Map<Eigen::VectorXd>(residuals, n) = bundle_.sigma * rows.residuals;
+    Eigen::Index column = 0;
+    for (std::size_t b = 0; jacobians && b < parameter_block_sizes().size(); ++b) {
+      const int k = parameter_block_sizes()[b];
+      if (jacobians[b])
+        Eigen::Map<RowMajorX>(jacobians[b], n, k) =
+            bundle_.sigma * rows.by_parameters.middleCols(column, k);
+      column += k;
+    }
+    return true;
+  }
+
+ private:
+  PriorRows prior() const { return with_board_ ? prior_of(bundle_) : prior_of_lens(bundle_); }
+
+  const Bundle& bundle_;
+  bool with_board_;
+};
+
+// Computes the poses, the lenses and the rows of all views once for each new state of the solver.
+// (Ceres asks for the cost there first, and for the Jacobian if it accepts the step.)
+class Evaluation : public ceres::EvaluationCallback {
+ public:
+  Evaluation(std::span<Bundle> cameras, VariedPoses& poses, std::vector<ViewRows>& views,
+             std::size_t num_threads)
+      : cameras_(cameras), poses_(poses), views_(views), num_threads_(num_threads) {}
+
+  void PrepareForEvaluation(bool /*jacobians*/, bool is_new_point) override {
+    if (!is_new_point) return;
+    poses_.update();
+    std::vector<std::optional<Lens>> lenses;
+    for (Bundle& camera : cameras_) {
+      lenses.push_back(camera.model->lens(camera.free_values, camera.image_size));
+      camera.shape = cameras_.front().shape;
+    }
+    parallel_for(views_.size(), threads_for_short_calls(views_.size(), num_threads_),
+                 [&](std::size_t i) {
+                   ViewRows& view = views_[i];
+                   view.valid = false;
+                   if (const std::optional<Lens>& lens = lenses[view.camera])
+                     view.evaluate(cameras_[view.camera], *lens, poses_.values);
+                 });
+  }
+
+ private:
+  std::span<Bundle> cameras_;
+  VariedPoses& poses_;
+  std::vector<ViewRows>& views_;
+  std::size_t num_threads_;
+};
 
 // Silences glog: Ceres prints through it when an evaluation fails, whatever the options say.
 void silence_logging() {
