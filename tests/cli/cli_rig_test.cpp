@@ -77,6 +77,20 @@ TEST_F(CliRig, ADataSetOfARigAndLensesThatAreKnown) {
   EXPECT_NE(missing.err.find("--camera right=FILE"), std::string::npos) << missing.err;
 }
 
+TEST_F(CliRig, TheFoldersOfPicturesMayHaveAnyName) {
+  render("rig", scene_of(kPlace));
+  const fs::path folder = root() / "any";
+  fs::create_directory(folder);
+  fs::copy(root() / "rig/target.yaml", folder / "target.yaml");
+  fs::copy(root() / "rig/left/images", folder / "a");
+  fs::copy(root() / "rig/right/images", folder / "b");
+  spill(
+      folder / "dataset.yaml",
+      "target: target.yaml\nrig: {cameras: [{name: left, images: a}, {name: right, images: b}]}\n");
+  const Outcome out = run("rig " + folder.string());
+  EXPECT_EQ(out.exit_code, 0) << out.err << out.out;
+}
+
 TEST_F(CliRig, BadInputIsOneLine) {
   render("rig", scene_of(kPlace));
   const std::string left = path("rig/left/images"), right = path("rig/right/images");

@@ -137,16 +137,13 @@ TEST(Halves, AgreeWhereTheModelIsRight) {
   const Bundle exact =
       exact_bundle(Model::named("radial1"), Perspective({900, 900, 651, 392, -0.1}), 3, options);
   const auto samples = seen_region(exact).samples();
-  std::vector<bool> by_turns;
-  for (int i = 0; i < options.num_views; ++i) by_turns.push_back(i % 2 == 1);
   constexpr int kSolves = 200;
   double sum = 0;
   int alarms = 0;
   for (int i = 0; i < kSolves; ++i) {
     Bundle noisy = with_noise(exact, 0.2, Random(5, static_cast<std::uint64_t>(i)));
     ASSERT_TRUE(solve(noisy, 50).converged);
-    const auto check =
-        split_half_check(noisy, *bundle_information(noisy), 0.2, samples, 1.0, by_turns);
+    const auto check = split_half_check(noisy, *bundle_information(noisy), 0.2, samples, 1.0);
     ASSERT_TRUE(check.has_value());
     sum += check->ratio * check->ratio;
     alarms += check->disagree;

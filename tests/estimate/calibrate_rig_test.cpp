@@ -162,6 +162,15 @@ TEST(CalibrateRig, GroupsWithoutACommonInstantAreNamed) {
   EXPECT_FALSE(answer.cameras[2].is_connected);
 }
 
+TEST(CalibrateRig, ViewsOfNoInstantInformTheLensOnly) {
+  RigDataset rig = make_rig_world(3);
+  for (std::size_t t = 1; t < rig.instants.size(); ++t) rig.instants[t].view[1].reset();
+  const RigCalibration answer = calibrate_rig(rig);
+  EXPECT_EQ(answer.status, Status::ok) << all_sentences(answer);
+  EXPECT_TRUE(has(answer, "single_instant"));
+  EXPECT_LT(nees_of_extrinsics(rig, answer), 4);
+}
+
 TEST(CalibrateRig, AnyReferenceAndAnyNumberOfThreads) {
   RigWorldOptions world;
   world.num_cameras = 3;

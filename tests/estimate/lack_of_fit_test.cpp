@@ -102,5 +102,30 @@ TEST(LackOfFit, HalvesOfTheViewsThatSeeAnotherFocalLengthAreSaid) {
   }
 }
 
+// The pictures of two cameras, as one: the sources are compared, not every other view.
+TEST(LackOfFit, TwoCamerasThatArePooledAreSaid) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    Dataset world = world_of(opencv5_lens(), 0.1, seed);
+    auto parameters_of_other = std::get<Perspective>(opencv5_lens()).parameters();
+    parameters_of_other[0] += 20;
+    parameters_of_other[1] += 20;
+    const Dataset other = world_of(Perspective(parameters_of_other), 0.1, seed);
+    CalibrateOptions options = opencv5(0.1);
+    options.reject_outliers = false;
+    for (std::size_t i = 0; i < world.views.size(); ++i)
+      options.sources.emplace_back(2 * i < world.views.size() ? "left" : "right");
+    EXPECT_FALSE(has(calibrate(world, options), "sources_disagree")) << seed;
+    for (std::size_t i = 0; i < world.views.size(); ++i)
+      if (options.sources[i] == "right") world.views[i] = other.views[i];
+    const Calibration c = calibrate(world, options);
+    EXPECT_TRUE(has(c, "sources_disagree")) << codes(c);
+    EXPECT_FALSE(has(c, "halves_disagree")) << codes(c);
+    ASSERT_TRUE(c.halves);
+    EXPECT_FALSE(c.halves->source.empty());
+    options.sources.pop_back();
+    EXPECT_THROW(calibrate(world, options), Error);
+  }
+}
+
 }  // namespace
 }  // namespace tagcal

@@ -67,6 +67,9 @@ TEST_F(CameraTexts, TheIniFileOfRos) {
   EXPECT_EQ(file.cameras[0].name, "narrow_stereo");
   EXPECT_EQ(first(file, 7), (Numbers{533.7, 534.1, 342.8, 235.7, -0.289, 0.1, 0.001}));
   EXPECT_EQ(file.cameras[0].calibration.camera.image_size, (ImageSize{640, 480}));
+  EXPECT_NE(error(replaced(kIni, "533.7 0.000000 342.8\n", ""))
+                .find("camera matrix: must be a finite number, got distortion"),
+            std::string::npos);
   EXPECT_NE(error(replaced(kIni, "\n640\n", "\nwide\n")).find("width"), std::string::npos);
 }
 

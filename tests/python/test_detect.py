@@ -137,6 +137,8 @@ def test_files_that_cannot_be_read_are_named(tmp_path: Path) -> None:
 
 def test_a_wrong_border_is_found_out() -> None:
     wrong = Board.grid(3, 2, 0.06, 0.3, border_bits=1)
+    view = tagcal.detect(IMAGE, wrong)
+    assert any("border_bits 2" in w and "write border_bits: 2" in w for w in view.warnings)
     why = tagcal.explain(IMAGE, wrong)
     assert why.size == (400, 300) and why.reported == []
     assert [tag.id for tag in why.not_reported] == list(range(6))

@@ -237,10 +237,13 @@ ExitCode worst(const std::vector<Outcome>& outcomes) {
 
 }  // namespace
 
+fs::path folder_path(const std::string& folder) {
+  const fs::path path = fs::absolute(folder).lexically_normal();
+  return path.has_filename() ? path : path.parent_path();
+}
+
 std::string camera_name(const std::string& folder) {
-  fs::path path = fs::absolute(folder).lexically_normal();
-  if (!path.has_filename()) path = path.parent_path();
-  return path.filename().string();
+  return folder_path(folder).filename().string();
 }
 
 int calibrate_many(const CalibrationJob& job, const ManyOutput& output) {

@@ -13,6 +13,9 @@ struct ManyOutput {
   bool resume = false;           // takes over the outcomes of an interrupted run
 };
 
+// The path of a folder, absolute and without a slash at its end.
+std::filesystem::path folder_path(const std::string& folder);
+
 // The name of a camera whose pictures or data set are in a folder: the last part of its path.
 std::string camera_name(const std::string& folder);
 

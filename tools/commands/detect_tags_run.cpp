@@ -17,6 +17,7 @@
 #include "report/detection_report.hpp"
 #include "tagcal/detect/detector.hpp"
 #include "tagcal/detect/explain.hpp"
+#include "tagcal/detect/tag_fit/image_filters.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/corners_file.hpp"
 #include "tagcal/io/image_file.hpp"
@@ -64,7 +65,9 @@ void draw(const Input& input, const Tags& tags, const std::string& to, OutputFol
 // kind.
 std::string other_kind_text(const Input& input) {
   if (input.images.empty()) return "";
-  const Explanation found = explain(input.images.front().load(), {});
+  // Half a picture's size is enough to read tags of 20 px, in a quarter of the time.
+  const Image8 picture = input.images.front().load();
+  const Explanation found = explain(internal::halved(picture), {});
   const auto most =
       std::ranges::max_element(found.decoded, {}, [](const auto& kind) { return kind.ids.size(); });
   if (most == found.decoded.end() || most->ids.size() < 2) return "";  // one is read by chance

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "commands/calibrate_many.hpp"
 #include "commands/commands.hpp"
 #include "job/arguments.hpp"
 #include "job/camera_input.hpp"
@@ -55,9 +56,7 @@ Input camera_input(const Arguments& arguments, std::size_t camera) {
   input.out = "";
   Input read = read_input(input);
   for (std::size_t b = 1; b < arguments.targets.size(); ++b)
-    read.dataset.boards.push_back(
-        {read_target(arguments.targets[b], {}, &read.warnings),
-         Pose()});
+    read.dataset.boards.push_back({read_target(arguments.targets[b], {}, &read.warnings), Pose()});
   return read;
 }
 
@@ -65,13 +64,10 @@ Input camera_input(const Arguments& arguments, std::size_t camera) {
 // open.
 std::vector<std::string> camera_names(const std::vector<std::string>& inputs) {
   std::vector<fs::path> paths;
-  for (const std::string& input : inputs) {
-    const fs::path path = fs::path(input).lexically_normal();
-    paths.push_back(path.filename().empty() ? path.parent_path() : path);
-  }
+  for (const std::string& input : inputs) paths.push_back(folder_path(input));
   const auto equal = [&] {
     return std::ranges::all_of(paths, [&](const fs::path& path) {
-      return path.has_parent_path() && path.filename() == paths.front().filename();
+      return path.has_relative_path() && path.filename() == paths.front().filename();
     });
   };
   while (equal())
@@ -98,24 +94,32 @@ void check_folders(const std::vector<std::string>& folders) {
   }
 }
 
-// Two cameras whose first pictures have equal corners are one camera, given twice.
+// Throws Error if two cameras have pictures with the same corners: one camera was given twice.
+// Equal views have equal first pixels.
 void check_different(const RigDataset& rig) {
   const auto same = [](const View& a, const View& b) {
-    return !a.observations.empty() &&
-           std::ranges::equal(a.observations, b.observations,
+    return std::ranges::equal(a.observations, b.observations,
                               [](const Observation& x, const Observation& y) {
                                 return x.id == y.id && x.pixel == y.pixel;
                               });
   };
-  for (std::size_t a = 0; a < rig.cameras.size(); ++a)
-    for (std::size_t b = a + 1; b < rig.cameras.size(); ++b)
-      for (const View& view : rig.cameras[a].data.views)
-        for (const View& other : rig.cameras[b].data.views)
-          if (same(view, other))
-            throw Error(
-                fmt::format("{} and {}: {} and {} are the same picture: each camera needs "
-                            "its own pictures",
-                            rig.cameras[a].name, rig.cameras[b].name, view.image, other.image));
+  std::multimap<std::pair<double, double>, std::pair<const RigCamera*, const View*>> seen;
+  for (const RigCamera& camera : rig.cameras)
+    for (const View& view : camera.data.views) {
+      if (view.observations.empty()) continue;
+      const Eigen::Vector2d& pixel = view.observations.front().pixel;
+      const std::pair key(pixel.x(), pixel.y());
+      const auto [first, last] = seen.equal_range(key);
+      for (auto it = first; it != last; ++it) {
+        const auto& [other, its_view] = it->second;
+        if (other != &camera && same(*its_view, view))
+          throw Error(
+              fmt::format("{} and {}: {} and {} are the same picture: each camera needs its "
+                          "own pictures",
+                          other->name, camera.name, its_view->image, view.image));
+      }
+      seen.emplace(key, std::pair(&camera, &view));
+    }
 }
 
 std::vector<Instant> paired(const Arguments& arguments, const std::vector<RigCamera>& cameras) {
@@ -149,9 +153,7 @@ RigDataset read_rig(const Arguments& arguments) {
     for (std::size_t c = 0; c < folder.rig.cameras.size(); ++c) {
       RigCamera& camera = folder.rig.cameras[c];
       if (!folder.files[c].observations.empty()) continue;
-      InputArguments input = arguments.input;
-      input.inputs = {(fs::path(inputs.front()) / camera.name).string()};
-      Input read = read_input(input);
+      Input read = input_of(camera.name, camera.data, folder.files[c].images);
       find_views(read, arguments.threads);
       print_warnings(read.warnings);
       camera.data.views = std::move(read.dataset.views);
@@ -261,7 +263,7 @@ int run(const Arguments& given) {
     say_wrote(arguments.out);
   }
   print_result(arguments.json ? rig_json(rig, answer, options.reference)
-                              : rig_summary(rig, answer, options.reference));
+                              : rig_summary(answer, options.reference));
   if (!answered && !arguments.out.empty())
     print_to_stderr("tagcal: {}: not written, there is no answer\n", arguments.out);
   return answered ? kAnswer : kNoAnswer;

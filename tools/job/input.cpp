@@ -141,6 +141,15 @@ void check_outputs(const InputArguments& arguments, const Input& input) {
 
 }  // namespace
 
+Input input_of(const std::string& name, const Dataset& dataset,
+               const std::vector<fs::path>& pictures) {
+  Input input;
+  input.name = input.sized_by = name;
+  input.dataset = dataset;
+  set_images(pictures, input);
+  return input;
+}
+
 void add_input(CLI::App& command, InputArguments& arguments) {
   add_option(command, "DATASET|IMAGE", arguments.inputs,
              "a folder with dataset.yaml, or (with --target) pictures: files, folders, patterns "

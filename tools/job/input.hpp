@@ -58,6 +58,10 @@ struct Input {
 // or another output.
 Input read_input(const InputArguments& arguments);
 
+// The input of pictures that were read before, with their boards.
+Input input_of(const std::string& name, const Dataset& dataset,
+               const std::vector<std::filesystem::path>& pictures);
+
 // The file of corners that stands beside a command's answer; "" for a device or a pipe.
 std::filesystem::path corner_cache_of(const std::filesystem::path& out);
 

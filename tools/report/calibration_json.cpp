@@ -9,18 +9,12 @@
 #include "job/shown_parameters.hpp"
 #include "report/calibration_report.hpp"
 #include "report/findings.hpp"
+#include "report/json_parts.hpp"
 
 namespace tagcal::tools {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-Json matrix_json(const Eigen::MatrixXd& matrix) {
-  Json rows = Json::array();
-  for (const auto& row : matrix.rowwise())
-    rows.push_back(std::vector<double>(row.begin(), row.end()));
-  return rows;
-}
 
 // Null if one of the coefficients is unknown.
 Json distortion_json(std::span<const Shown> coefficients, double Shown::*member) {
@@ -138,12 +132,6 @@ Json steps_json(const std::vector<ModelStep>& steps) {
                     {"sentence", step.sentence}});
   }
   return list;
-}
-
-Json pose_json(const Pose& pose) {
-  const Eigen::Quaterniond q = pose.rotation();
-  const Eigen::Vector3d& t = pose.translation();
-  return {{"rotation", {q.w(), q.x(), q.y(), q.z()}}, {"translation_m", {t.x(), t.y(), t.z()}}};
 }
 
 Json view_json(const CalibratedView& view) {

@@ -9,6 +9,7 @@
 
 #include "job/terminal.hpp"
 #include "report/findings.hpp"
+#include "report/json_parts.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -107,22 +108,6 @@ std::string board_lines(std::size_t index, const RigBoard& board) {
   return text + " mm\n";
 }
 
-Json pose_json(const Pose& pose) {
-  const Eigen::Quaterniond q = pose.rotation();
-  const Vector3d& t = pose.translation();
-  return {{"rotation", {q.w(), q.x(), q.y(), q.z()}}, {"translation_m", {t.x(), t.y(), t.z()}}};
-}
-
-Json matrix_json(const MatrixX& matrix) {
-  Json rows = Json::array();
-  for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
-    Json row = Json::array();
-    for (Eigen::Index k = 0; k < matrix.cols(); ++k) row.push_back(matrix(i, k));
-    rows.push_back(row);
-  }
-  return rows;
-}
-
 Json camera_json(const RigCameraEstimate& camera) {
   Json json = {{"name", camera.name},
                {"model", camera.own.model},
@@ -165,8 +150,7 @@ Json rig_pair_json(const RigCalibration& rig, const RigPair& pair) {
 
 }  // namespace
 
-std::string rig_summary(const RigDataset& /*data*/, const RigCalibration& rig,
-                        std::size_t reference) {
+std::string rig_summary(const RigCalibration& rig, std::size_t reference) {
   std::string text = verdict_of(rig) + findings_text(without_reason(rig.findings), "");
   const bool has_rig = !rig.groups.empty();
   if (has_rig) text += camera_rows(rig);

@@ -138,7 +138,7 @@ RigState state_of_claims(const RigState& answer, const RigCalibration& rig,
   return state;
 }
 
-// // The standard deviation of the board's scale, which no picture shows: lengths of a print err
+// The standard deviation of the board's scale, which no picture shows: lengths of a print err
 // along x and y alike, so it is that of their difference (the prior's, and what was found) over
 // root 2. 0 for measured points and for several boards, whose places are measured.
 double sigma_of_scale(const RigState& state) {
@@ -172,11 +172,13 @@ std::optional<MatrixXd> joint_covariance(const RigState& state, const RigLayout&
   return covariance;
 }
 
-// Views of cameras and boards that nothing connects with the reference inform their lens only.
+// Views without an instant, and of cameras and boards that nothing connects with the reference,
+// inform their lens only.
 void set_unconnected_alone(RigState& state, const RigStart& start) {
   for (std::size_t c = 0; c < state.cameras.size(); ++c)
     for (std::size_t v = 0; v < state.instant[c].size(); ++v)
-      if (!start.has(c) || !start.connected.boards[state.poses.links[c][v].board])
+      if (!state.instant[c][v] || !start.has(c) ||
+          !start.connected.boards[state.poses.links[c][v].board])
         state.set_alone(c, v);
 }
 
@@ -248,8 +250,7 @@ RigCalibration calibrate_rig(const RigDataset& given, const RigOptions& options)
   answer.rejected_instants = solution.rejected;
 
   const RigState of_claims = state_of_claims(state, answer, options);
-  SolvedRig solved{
-      &rig, &options, &state, start, solution, RigLayout(of_claims, start.connected), MatrixXd()};
+  SolvedRig solved{&rig, &state, start, RigLayout(of_claims, start.connected), MatrixXd()};
   const auto covariance = joint_covariance(of_claims, solved.layout, answer, options);
   solved.covariance = covariance.value_or(MatrixXd::Zero(solved.layout.size, solved.layout.size));
   set_cameras(state, of_claims, solved, answer);

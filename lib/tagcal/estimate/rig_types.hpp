@@ -12,7 +12,7 @@
 
 namespace tagcal {
 
-// What the lenses of a rig's cameras are taken as.
+// How a rig treats the lenses of its cameras.
 enum class RigLenses {
   joint,  // estimated from the rig's pictures, with the extrinsics
   fixed,  // as the calibrations that are given; their covariances enter the claims
@@ -30,7 +30,7 @@ struct RigOptions {
   };
   std::vector<KnownCamera> known;
   std::size_t reference = 0;  // the camera whose frame is that of the rig
-  // // The boards stand still, but their places relative to one another are unknown: the data set's
+  // The boards stand still, but their places relative to one another are unknown: the data set's
   // are not used. Each board alone must determine a pose.
   bool find_boards = false;
   // Corrects each view for the time between its stamp and its instant, and estimates one offset a
@@ -78,7 +78,7 @@ struct RigPair {
   std::vector<DepthUncertainty> depths;
 };
 
-// // A camera's clock against that of the reference: its pictures were taken this much later than
+// A camera's clock against that of the reference: its pictures were taken this much later than
 // their stamps say, or than the others of the same instants, without stamps.
 struct ClockOffset {
   std::size_t camera = 0;
@@ -112,7 +112,7 @@ struct RigCalibration {
   // With RigOptions::find_clocks those of all cameras but the reference, which were corrected; else
   // those that are significantly off.
   std::vector<ClockOffset> clocks;
-  // // Of all extrinsics but the reference's, (omega, tau) each, in the order of the cameras, of
+  // Of all extrinsics but the reference's, (omega, tau) each, in the order of the cameras, of
   // the boards that were placed, and of the lenses' free parameters (by the model of each
   // `camera`), in the order of the cameras.
   MatrixX covariance;

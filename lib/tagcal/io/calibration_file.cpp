@@ -46,16 +46,6 @@ std::string views_yaml(const std::vector<CalibratedView>& views) {
   return text;
 }
 
-std::string findings_yaml(const std::vector<Finding>& findings) {
-  std::vector<std::string> codes, severities;
-  for (const Finding& finding : findings) {
-    codes.push_back(finding.code);
-    severities.emplace_back(severity_name(finding.severity));
-  }
-  return texts_yaml("warnings", sentences(findings)) + texts_yaml("warning_codes", codes) +
-         texts_yaml("warning_severities", severities);
-}
-
 }  // namespace
 
 CalibrationFile calibration_file(const Calibration& calibration) {

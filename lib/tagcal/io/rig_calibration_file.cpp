@@ -32,15 +32,6 @@ FileCamera file_camera_of(const RigCameraEstimate& camera) {
   return file;
 }
 
-std::string findings_lines(const std::vector<Finding>& findings) {
-  if (findings.empty()) return "";
-  std::string text = "findings:\n";
-  for (const Finding& f : findings)
-    text += fmt::format("   - code: {}\n     severity: {}\n     sentence: {}\n", text_yaml(f.code),
-                        text_yaml(severity_name(f.severity)), text_yaml(f.sentence));
-  return text;
-}
-
 }  // namespace
 
 std::string rig_yaml(const RigCalibration& rig) {
@@ -54,7 +45,7 @@ std::string rig_yaml(const RigCalibration& rig) {
   if (rig.boards.size() > 1) text += "boards:\n";
   for (std::size_t b = 0; b < rig.boards.size() && rig.boards.size() > 1; ++b)
     text += fmt::format("   - world_from_board: {}\n", pose_yaml(rig.boards[b].world_from_board));
-  return text + matrix_yaml("joint_covariance", rig.covariance) + findings_lines(rig.findings);
+  return text + matrix_yaml("joint_covariance", rig.covariance) + findings_yaml(rig.findings);
 }
 
 }  // namespace tagcal

@@ -154,8 +154,8 @@ class Grower {
     return false;
   }
 
-  // What the line of the junction before a cell leads to; no value if that has no neighbour before
-  // it.
+  // The junction that the line of the one before a cell leads to; no value if that has no neighbour
+  // before it.
   std::optional<std::size_t> next_to(const GridCell& cell, const GridCell& step) const {
     const auto one = cells_.find(cell + -step), two = cells_.find(cell + -step + -step);
     if (one == cells_.end() || two == cells_.end()) return std::nullopt;

@@ -153,7 +153,7 @@ struct Squares {
   bool shifted = false;
 };
 
-// What to write instead of the squares of the file.
+// The keys and values to write instead of the squares of the file.
 std::string squares_text(const Charuco& board, const Squares& seen) {
   const bool is_exchanged = seen.columns == board.square_rows;
   const bool is_one_less = seen.columns == board.square_columns + 1;

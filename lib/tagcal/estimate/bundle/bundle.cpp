@@ -71,4 +71,13 @@ std::optional<RefinedPose> refine_view_pose(const ViewProblem& view, const Lens&
   return RefinedPose{pose_of(solution->state), solution->cost, solution->converged};
 }
 
+std::optional<Eigen::MatrixXd> products_of(const Bundle& bundle, std::size_t view,
+                                           std::span<const FreeParameter> free, const Lens& lens,
+                                           const Pose& camera_from_target) {
+  ViewEquations equations(bundle, view, free, bundle.row_prior());
+  Eigen::MatrixXd gram;
+  if (!equations.sums.at(lens, camera_from_target, gram)) return std::nullopt;
+  return gram;
+}
+
 }  // namespace tagcal::internal

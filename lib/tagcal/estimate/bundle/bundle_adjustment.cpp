@@ -15,7 +15,6 @@
 namespace tagcal::internal {
 namespace {
 
-
 // A pose that the solver varies, by a step from its start: omega (rad), and tau in units of the
 // start's distance. Rotations and translations then have the same scale for the solver, whatever
 // the unit of length is.

@@ -69,6 +69,12 @@ struct ViewEquations {
              rows) {}
 };
 
+// The products [J | r]'[J | r] (upper triangle) of a view's rows, with J by a step of this pose,
+// the free parameters and the shapes of the board. No value if a point is outside the lens' domain.
+std::optional<Eigen::MatrixXd> products_of(const Bundle& bundle, std::size_t view,
+                                           std::span<const FreeParameter> free, const Lens& lens,
+                                           const Pose& camera_from_target);
+
 // The pseudo-observations of lens and board, by all parameters of the bundle.
 PriorRows prior_of(const Bundle& bundle);
 // The same without those of the board, whose parameters have no rows then.

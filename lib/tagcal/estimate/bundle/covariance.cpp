@@ -116,10 +116,9 @@ std::optional<ViewInformation> eliminate_pose(const MatrixXd& gram) {
 
 std::optional<ViewInformation> information_of(const Bundle& bundle, std::size_t view,
                                               const Lens& lens) {
-  ViewEquations equations(bundle, view, bundle.model->free(), bundle.row_prior());
-  MatrixXd gram;
-  if (!equations.sums.at(lens, bundle.camera_from_target[view], gram)) return std::nullopt;
-  return eliminate_pose(gram);
+  const auto gram =
+      products_of(bundle, view, bundle.model->free(), lens, bundle.camera_from_target[view]);
+  return gram ? eliminate_pose(*gram) : std::nullopt;
 }
 
 std::optional<ViewInformation> information_of(const ViewProblem& view, const Lens& lens,

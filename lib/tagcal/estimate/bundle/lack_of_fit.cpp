@@ -119,26 +119,9 @@ ResidualBias residual_bias(const Bundle& solved, double least_sigma) {
   return {std::max(by_cell.rms_px, by_ring.rms_px), by_cell.disagree || by_ring.disagree};
 }
 
-std::optional<HalvesCheck> split_half_check(const Bundle& solved,
-                                            const BundleInformation& information, double sigma,
-                                            std::span<const Vector2d> samples, double distance_m,
-                                            const std::vector<bool>& is_second) {
-  const Eigen::Index k = solved.model->num_free();
-  const auto num_second = std::ranges::count(is_second, true);
-  if (std::min(num_second, std::ssize(is_second) - num_second) < policy::kFewestComparedViews ||
-      k == 0)
-    return std::nullopt;
-  const double variance = sigma * sigma;
-  std::array<MatrixXd, 2> halves = {information.prior, information.prior};
-  std::array<VectorXd, 2> gradients = {information.prior_gradient, information.prior_gradient};
-  for (std::size_t v = 0; v < information.views.size(); ++v) {
-    halves[is_second[v]] += information.views[v].schur / variance;
-    gradients[is_second[v]] += information.views[v].gradient / variance;
-  }
-  const auto first = exact_inverse(halves[0]), second = exact_inverse(halves[1]);
-  if (!first || !second) return std::nullopt;
-  const VectorXd difference = (*second * gradients[1] - *first * gradients[0]).head(k);
-  const MatrixXd covariance = (*first + *second).topLeftCorner(k, k);
+std::optional<HalvesCheck> compare_lenses(const Bundle& solved, const VectorXd& difference,
+                                          const MatrixXd& covariance,
+                                          std::span<const Vector2d> samples, double distance_m) {
   const MatrixXd projection = aligned_jacobian(
       {solved.model, {solved.lens(), solved.image_size}, covariance}, samples, distance_m);
   if (projection.rows() == 0) return std::nullopt;
@@ -148,10 +131,30 @@ std::optional<HalvesCheck> split_half_check(const Bundle& solved,
   check.predicted_px = std::sqrt((projection * covariance).cwiseProduct(projection).sum() / rows);
   check.ratio = check.predicted_px > 0 ? check.difference_px / check.predicted_px : 0;
   const auto inverse = exact_inverse(covariance);
-  check.disagree = check.ratio > policy::kHalvesDisagree && inverse &&
-                   difference.dot(*inverse * difference) >
-                       chi_square_quantile(static_cast<double>(k), policy::kQuantile1e3);
+  check.disagree =
+      check.ratio > policy::kHalvesDisagree && inverse &&
+      difference.dot(*inverse * difference) >
+          chi_square_quantile(static_cast<double>(difference.size()), policy::kQuantile1e3);
   return check;
+}
+
+std::optional<HalvesCheck> split_half_check(const Bundle& solved,
+                                            const BundleInformation& information, double sigma,
+                                            std::span<const Vector2d> samples, double distance_m) {
+  const Eigen::Index k = solved.model->num_free();
+  if (std::ssize(solved.views) < 2 * policy::kFewestComparedViews || k == 0) return std::nullopt;
+  const double variance = sigma * sigma;
+  std::array<MatrixXd, 2> halves = {information.prior, information.prior};
+  std::array<VectorXd, 2> gradients = {information.prior_gradient, information.prior_gradient};
+  for (std::size_t v = 0; v < information.views.size(); ++v) {
+    halves[v % 2] += information.views[v].schur / variance;
+    gradients[v % 2] += information.views[v].gradient / variance;
+  }
+  const auto first = exact_inverse(halves[0]), second = exact_inverse(halves[1]);
+  if (!first || !second) return std::nullopt;
+  const VectorXd difference = (*second * gradients[1] - *first * gradients[0]).head(k);
+  return compare_lenses(solved, difference, (*first + *second).topLeftCorner(k, k), samples,
+                        distance_m);
 }
 
 }  // namespace tagcal::internal

@@ -20,13 +20,20 @@ struct ResidualBias {
 // `least_sigma`: floor of the noise per (whitened) coordinate.
 ResidualBias residual_bias(const Bundle& solved, double least_sigma);
 
-// Compares the solutions of two halves of the views (those that are in the second one, and the
-// rest), each one Gauss-Newton step from the common solution. The projections are compared at
-// `samples` and at the distance. Returns no value for fewer than three views in a half, or if a
+// Compares two lenses of the bundle's model by the difference of their parameters and its
+// covariance. The projections are compared at `samples` and at the distance. No value if no sample
+// has a ray.
+std::optional<HalvesCheck> compare_lenses(const Bundle& solved, const Eigen::VectorXd& difference,
+                                          const Eigen::MatrixXd& covariance,
+                                          std::span<const Eigen::Vector2d> samples,
+                                          double distance_m);
+
+// Compares the solutions of two halves of the views (every other view, and the rest), each one
+// Gauss-Newton step from the common solution. Returns no value for fewer than six views, or if a
 // half does not determine the parameters.
 std::optional<HalvesCheck> split_half_check(const Bundle& solved,
                                             const BundleInformation& information, double sigma,
                                             std::span<const Eigen::Vector2d> samples,
-                                            double distance_m, const std::vector<bool>& is_second);
+                                            double distance_m);
 
 }  // namespace tagcal::internal

@@ -10,7 +10,7 @@ Matrix6 step_by(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& arm) {
   return step;
 }
 
-// // With P = X M Y Z the origin of the board is at t_X + R_X (t_M + R_M (t_Y + R_Y t_Z)): a
+// With P = X M Y Z the origin of the board is at t_X + R_X (t_M + R_M (t_Y + R_Y t_Z)): a
 // rotation omega of a part moves it by omega x (the part of that sum that it turns).
 LinkedSteps::LinkedSteps(const LinkedPoses& poses, std::size_t camera,
                          const LinkedPoses::Link& link) {

@@ -15,7 +15,7 @@ struct LinkedPoses {
   struct Link {
     std::size_t instant = 0;
     std::size_t board = 0;
-    // Of the world in the rig, from the instant to the time of the view, if they differ; held.
+    // Moves the world in the rig from the instant to the time of the view, if they differ; held.
     Pose motion = {};
   };
 
@@ -32,7 +32,7 @@ struct LinkedPoses {
   }
 };
 
-// // The step (`retract`) of a pose A B C by that of B, with A's rotation and C's translation in
+// The step (`retract`) of a pose A B C by that of B, with A's rotation and C's translation in
 // the target frame of B, less that of B: the point that a rotation of B moves.
 Matrix6 step_by(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& arm);
 

@@ -8,6 +8,7 @@
 #include "tagcal/estimate/bundle/lens_from_rays.hpp"
 #include "tagcal/estimate/bundle/observability.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
+#include "tagcal/internal/spread_indices.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -60,12 +61,6 @@ bool within_perspective_field(const Bundle& bundle) {
       if (x.z() < policy::kPerspectiveCosine * x.norm()) return false;
     }
   return true;
-}
-
-std::vector<std::size_t> spread_indices(std::size_t n, std::size_t count) {
-  std::vector<std::size_t> indices(std::min(n, count));
-  for (std::size_t i = 0; i < indices.size(); ++i) indices[i] = i * n / indices.size();
-  return indices;
 }
 
 }  // namespace
@@ -162,10 +157,13 @@ double gain_of_perspective(const Posterior& named, const CalibrationInput& input
   return own - less > policy::kAmbiguousCost ? (own - less) / own : 0;
 }
 
+CalibrationInput without_views(const CalibrationInput& input) {
+  return {input.image_size, input.models,  {}, input.board, input.whitened, input.model_error_px,
+          input.findings,   input.rejected};
+}
+
 CalibrationInput spread_views(const CalibrationInput& input, std::size_t count) {
-  CalibrationInput few{input.image_size, input.models,   {},
-                       input.board,      input.whitened, input.model_error_px,
-                       input.findings,   input.rejected};
+  CalibrationInput few = without_views(input);
   for (const std::size_t v : spread_indices(input.views.size(), count))
     few.views.push_back(input.views[v]);
   return few;

@@ -49,6 +49,9 @@ const Posterior* best_of(const Kinds& kinds);
 double gain_of_perspective(const Posterior& named, const CalibrationInput& input,
                            const CalibrateOptions& options);
 
+// The input without its views.
+CalibrationInput without_views(const CalibrationInput& input);
+
 // The input with at most `count` of its views, evenly spread: all of them if it has no more.
 CalibrationInput spread_views(const CalibrationInput& input, std::size_t count);
 

@@ -55,7 +55,7 @@ inline constexpr double kProjectionWeakPx = 2;
 // 1 / sqrt(2 * 10) = 22 %. Chosen by hand.
 inline constexpr int kFewestDegreesOfFreedom = 10;
 
-// // ---- Rigs (rig/)
+// ---- Rigs (rig/)
 
 // s. Between instants further apart the motion of the board is not interpolated, and by instants
 // further apart than the second number no offset of a clock is told: a board in the hand turns back

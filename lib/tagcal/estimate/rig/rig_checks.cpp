@@ -34,12 +34,6 @@ struct LinearFit {
     square += d.step.dot(ldlt.solve(d.step));
     num_rows += 6;
   }
-  void add(const LinearFit& other) {
-    information += other.information;
-    gradient += other.gradient;
-    square += other.square;
-    num_rows += other.num_rows;
-  }
 
   VectorXd solution() const { return -Eigen::LDLT<MatrixXd>(information).solve(gradient); }
   double gain() const { return -gradient.dot(solution()); }

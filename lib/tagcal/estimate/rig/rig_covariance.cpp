@@ -31,13 +31,6 @@ void add_view(const RigState& state, const RigLayout& layout, std::size_t camera
   gram += onto.transpose() * full * onto;
 }
 
-MatrixXd gram_of_view(const Bundle& bundle, std::size_t view, const Lens& lens) {
-  ViewEquations equations(bundle, view, bundle.model->free(), bundle.row_prior());
-  MatrixXd gram;
-  if (!equations.sums.at(lens, bundle.camera_from_target[view], gram)) gram.resize(0, 0);
-  return gram;
-}
-
 // Views by instant of the linked poses: (camera, view).
 std::vector<std::vector<std::pair<std::size_t, std::size_t>>> views_by_instant(
     const RigState& state) {
@@ -102,9 +95,11 @@ std::optional<BundleInformation> rig_information(const RigState& solved, const R
     if (views.empty()) continue;
     MatrixXd gram = MatrixXd::Zero(6 + n + 1, 6 + n + 1);
     for (const auto& [c, v] : views) {
-      const MatrixXd of_view = gram_of_view(solved.cameras[c], v, lenses[c]);
-      if (of_view.size() == 0) return std::nullopt;
-      add_view(solved, layout, c, solved.poses.links[c][v], of_view, gram);
+      const Bundle& camera = solved.cameras[c];
+      const auto of_view =
+          products_of(camera, v, camera.model->free(), lenses[c], camera.camera_from_target[v]);
+      if (!of_view) return std::nullopt;
+      add_view(solved, layout, c, solved.poses.links[c][v], *of_view, gram);
     }
     const auto eliminated = eliminate_pose(gram);
     if (!eliminated) return std::nullopt;

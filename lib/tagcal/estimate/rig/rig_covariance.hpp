@@ -10,7 +10,7 @@
 namespace tagcal::internal {
 
 // The place of the parameters of a rig in one vector: the extrinsics of each connected camera but
-// // the reference (six each), the places of connected boards but the held one (six each), then the
+// the reference (six each), the places of connected boards but the held one (six each), then the
 // free parameters of each lens.
 struct RigLayout {
   std::vector<std::optional<Eigen::Index>> pose;  // by camera
@@ -20,7 +20,7 @@ struct RigLayout {
 
   RigLayout(const RigState& state, const Connected& connected);
 
-  // Of cameras and boards.
+  // The number of parameters of cameras and boards.
   Eigen::Index num_extrinsics() const { return lens.front(); }
 };
 

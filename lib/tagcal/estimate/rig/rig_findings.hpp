@@ -4,7 +4,7 @@
 
 #include "tagcal/estimate/rig/rig_solve.hpp"
 
-// What a rig reports about its data: each function adds its findings to the answer.
+// The findings of a rig: each function adds its own to the answer.
 
 namespace tagcal::internal {
 

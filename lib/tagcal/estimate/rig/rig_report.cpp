@@ -101,7 +101,7 @@ std::optional<DepthUncertainty> depth_uncertainty(const PairModel& pair, double 
   const Index rest = pair.rig.layout.size - first_lens;
   const MatrixXd& c = pair.rig.covariance;
   const double all = depth.dot(c * depth);
-  // What is left if the lenses were known: the extrinsics' conditional covariance.
+  // The part that would vanish if the lenses were known.
   const MatrixXd of_lenses = c.bottomRightCorner(rest, rest);
   double part = all;
   if (rest > 0) {

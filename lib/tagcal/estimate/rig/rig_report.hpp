@@ -8,10 +8,8 @@ namespace tagcal::internal {
 // A solved rig with its joint covariance.
 struct SolvedRig {
   const RigDataset* data = nullptr;
-  const RigOptions* options = nullptr;
   const RigState* state = nullptr;
   RigStart start;
-  RigSolution solution;
   // By the extrinsics and the lenses' free parameters, in the order of `layout`; those of the
   // models of the claims.
   RigLayout layout;

@@ -77,6 +77,13 @@ double Disagreement::square() const {
   return step.dot(Eigen::LDLT<Eigen::Matrix<double, 6, 6>>(c).solve(step));
 }
 
+Pose world_by_view(const RigState& state, std::size_t camera, std::size_t view) {
+  const LinkedPoses::Link& link = state.poses.links[camera][view];
+  return (state.poses.camera_from_rig[camera] * link.motion).inverse() *
+         state.own[camera][view].camera_from_world *
+         state.poses.world_from_board[link.board].inverse();
+}
+
 Trajectory trajectory_of(const RigState& state, const Connected& connected) {
   Trajectory trajectory(state.num_instants);
   for (std::size_t c = 0; c < state.cameras.size(); ++c) {
@@ -87,13 +94,12 @@ Trajectory trajectory_of(const RigState& state, const Connected& connected) {
       std::optional<Sight>& sight = trajectory[*state.instant[c][v]];
       const OwnPose& own = state.own[c][v];
       if (sight && sight->covariance.trace() <= own.covariance.trace()) continue;
-      const Pose rig_from_camera = (state.poses.camera_from_rig[c] * link.motion).inverse();
+      const Pose camera_from_moved = state.poses.camera_from_rig[c] * link.motion;
       const Pose board_from_world = state.poses.world_from_board[link.board].inverse();
-      const Eigen::Matrix3d turn = rig_from_camera.rotation_matrix();
       const Matrix6 by_own =
-          step_by(turn, own.camera_from_world.rotation() * board_from_world.translation());
-      sight = Sight{rig_from_camera * own.camera_from_world * board_from_world,
-                    transformed(by_own, own.covariance)};
+          step_by(camera_from_moved.rotation_matrix().transpose(),
+                  own.camera_from_world.rotation() * board_from_world.translation());
+      sight = Sight{world_by_view(state, c, v), transformed(by_own, own.covariance)};
     }
   }
   return trajectory;

@@ -5,7 +5,7 @@
 
 #include "tagcal/estimate/rig/rig_state.hpp"
 
-// What single views say of the places of a rig's cameras and boards.
+// The places of a rig's cameras and boards by single views.
 
 namespace tagcal::internal {
 
@@ -14,7 +14,7 @@ struct Connected {
   std::vector<std::uint8_t> cameras, boards;
 };
 
-// Where the world is at an instant.
+// The place of the world in the rig at an instant.
 struct Sight {
   Pose rig_from_world;
   Matrix6 covariance = Matrix6::Zero();  // of (omega, tau): `retract`
@@ -61,6 +61,9 @@ std::vector<Clue> clues_of_camera(const RigState& state, std::size_t camera,
 // The views of a board by connected cameras.
 std::vector<Clue> clues_of_board(const RigState& state, std::size_t board,
                                  const Trajectory& trajectory, const Connected& connected);
+
+// The world in the rig, by a view's own pose and the places of its camera and board.
+Pose world_by_view(const RigState& state, std::size_t camera, std::size_t view);
 
 // The disagreement of a view with a place, for one of its own poses.
 Disagreement disagreement_of(const RigState& state, const Clue& clue, const Pose& own_pose,

@@ -11,7 +11,7 @@ namespace tagcal::internal {
 // starts those cameras again from the rest.
 std::vector<CameraMove> separate_moves(RigState& state, const RigStart& start);
 
-// // The clocks against that of the reference, and those that are off; with three cameras or more,
+// The clocks against that of the reference, and those that are off; with three cameras or more,
 // against the median clock.
 std::vector<ClockFit> fit_clocks(const RigState& state, const RigStart& start);
 std::vector<ClockOffset> clocks_off(const RigState& state, const RigStart& start);
@@ -21,7 +21,7 @@ std::vector<ClockOffset> clocks_off(const RigState& state, const RigStart& start
 // Precondition: the rig has stamps.
 std::vector<ClockOffset> correct_clocks(RigState& state, RigStart& start, const RigDataset& rig);
 
-// What the rig costs a view: its squares under the rig, less those at its own pose.
+// The cost of the rig to a view: its squares under the rig, less those at its own pose.
 struct ViewExcess {
   std::size_t camera = 0, view = 0;
   double square = 0;

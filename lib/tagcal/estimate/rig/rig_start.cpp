@@ -6,6 +6,7 @@
 
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/rig/motion_start.hpp"
+#include "tagcal/internal/spread_indices.hpp"
 #include "tagcal/solvers/numeric/statistics.hpp"
 
 namespace tagcal::internal {
@@ -13,14 +14,6 @@ namespace {
 
 constexpr std::size_t kMostCandidates = 40;  // numeric: a limit of work
 constexpr std::size_t kMostJudges = 60;      // numeric: a limit of work
-
-// Evenly spread members.
-std::vector<std::size_t> spread_indices(std::size_t n, std::size_t most) {
-  std::vector<std::size_t> indices;
-  const std::size_t count = std::min(n, most);
-  for (std::size_t i = 0; i < count; ++i) indices.push_back(i * n / count);
-  return indices;
-}
 
 // The own poses that a view may have: as it is, and turned.
 std::vector<Pose> poses_of_view(const RigState& state, const Clue& clue,
@@ -71,50 +64,31 @@ void set_instants(RigState& state, const Trajectory& trajectory) {
     if (trajectory[t]) state.poses.rig_from_world[t] = trajectory[t]->rig_from_world;
 }
 
-// A view of an instant, and where it puts the world.
-struct InstantView {
-  std::size_t camera, view;
-  Pose rig_from_world;
-};
-
-std::vector<std::vector<InstantView>> views_by_instant_of(const RigState& state,
-                                                          const Connected& connected) {
-  std::vector<std::vector<InstantView>> instants(state.num_instants);
-  for (std::size_t c = 0; c < state.cameras.size(); ++c)
-    for (std::size_t v = 0; connected.cameras[c] && v < state.own[c].size(); ++v) {
-      const LinkedPoses::Link& link = state.poses.links[c][v];
-      if (!state.instant[c][v] || !connected.boards[link.board]) continue;
-      instants[*state.instant[c][v]].push_back(
-          {c, v,
-           (state.poses.camera_from_rig[c] * link.motion).inverse() *
-               state.own[c][v].camera_from_world *
-               state.poses.world_from_board[link.board].inverse()});
-    }
-  return instants;
-}
-
 // Takes the world of each instant from the view that agrees best with the others, because a view of
 // a plane may have the other one of its two poses.
 void choose_instants(RigState& state, const Connected& connected) {
-  const auto instants = views_by_instant_of(state, connected);
-  for (std::size_t t = 0; t < instants.size(); ++t) {
+  std::vector<std::vector<std::pair<std::size_t, std::size_t>>> views(state.num_instants);
+  for (std::size_t c = 0; c < state.cameras.size(); ++c)
+    for (std::size_t v = 0; connected.cameras[c] && v < state.own[c].size(); ++v)
+      if (state.instant[c][v] && connected.boards[state.poses.links[c][v].board])
+        views[*state.instant[c][v]].emplace_back(c, v);
+  for (std::size_t t = 0; t < views.size(); ++t) {
     double least = std::numeric_limits<double>::infinity();
-    for (const InstantView& candidate : instants[t]) {
+    Pose& world = state.poses.rig_from_world[t];
+    Pose best = world;
+    for (const auto& [candidate_camera, candidate_view] : views[t]) {
+      world = world_by_view(state, candidate_camera, candidate_view);
       double sum = 0;
-      for (const InstantView& other : instants[t]) {
-        const OwnPose& own = state.own[other.camera][other.view];
-        const LinkedPoses::Link& link = state.poses.links[other.camera][other.view];
-        Disagreement d;
-        d.step = minus(state.poses.camera_from_rig[other.camera] * link.motion *
-                           candidate.rig_from_world * state.poses.world_from_board[link.board],
-                       own.camera_from_world);
-        d.covariance = own.covariance;
-        sum += d.square();
+      for (const auto& [c, v] : views[t]) {
+        const OwnPose& own = state.own[c][v];
+        const Pose predicted = state.poses.camera_from_board(c, state.poses.links[c][v]);
+        sum += Disagreement{t, v, minus(predicted, own.camera_from_world), own.covariance}.square();
       }
       if (sum >= least) continue;
       least = sum;
-      state.poses.rig_from_world[t] = candidate.rig_from_world;
+      best = world;
     }
+    world = best;
   }
 }
 
@@ -167,9 +141,10 @@ std::optional<Next> next_to_place(const RigState& state, const Trajectory& traje
   return next;
 }
 
-void place_camera(RigState& state, std::size_t camera, const Trajectory& trajectory,
+void place_camera(RigState& state, const Next& next, const Trajectory& trajectory,
                   const std::optional<Pose>& half_turn, RigStart& start) {
-  const auto found = camera_start(state, camera, trajectory, start.connected, half_turn);
+  const std::size_t camera = next.index;
+  const auto found = place_start(state, next.clues, half_turn);
   if (may_be_shifted(*found))
     if (const auto shift = shift_of(state, camera, trajectory, start.connected, half_turn, *found))
       start.shifts.push_back(*shift);
@@ -248,7 +223,7 @@ RigStart start_rig(RigState& state, const std::optional<Pose>& half_turn) {
     set_instants(state, trajectory);
     const auto next = next_to_place(state, trajectory, start.connected);
     if (!next && !place_by_motion(state, trajectory, start.connected)) break;
-    if (next && next->is_camera) place_camera(state, next->index, trajectory, half_turn, start);
+    if (next && next->is_camera) place_camera(state, *next, trajectory, half_turn, start);
     if (next && !next->is_camera) {
       state.poses.world_from_board[next->index] = place_start(state, next->clues, {})->place;
       start.connected.boards[next->index] = 1;

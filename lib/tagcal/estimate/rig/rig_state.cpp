@@ -76,22 +76,14 @@ Bundle bundle_of(const Dataset& data, const Calibration& own, const Model& model
   return bundle;
 }
 
-// The products of a view's rows [J by pose | r].
-MatrixXd gram_at(const Bundle& bundle, std::size_t view, const Lens& lens, const Pose& pose) {
-  ViewEquations equations(bundle, view, {}, bundle.row_prior());
-  MatrixXd gram;
-  if (!equations.sums.at(lens, pose, gram)) gram.resize(0, 0);
-  return gram;
-}
-
 std::optional<OwnPose> own_pose(const Bundle& bundle, std::size_t view, const Lens& lens) {
   const Pose& pose = bundle.camera_from_target[view];
-  const MatrixXd gram = gram_at(bundle, view, lens, pose);
-  if (gram.size() == 0) return std::nullopt;
-  const Matrix6 information = gram.topLeftCorner<6, 6>().selfadjointView<Eigen::Upper>();
+  const auto gram = products_of(bundle, view, {}, lens, pose);
+  if (!gram) return std::nullopt;
+  const Matrix6 information = gram->topLeftCorner<6, 6>().selfadjointView<Eigen::Upper>();
   const auto covariance = exact_inverse(information);
   if (!covariance) return std::nullopt;
-  return OwnPose{pose, *covariance, gram(gram.rows() - 1, gram.cols() - 1)};
+  return OwnPose{pose, *covariance, (*gram)(gram->rows() - 1, gram->cols() - 1)};
 }
 
 // The means of the stamps at each instant, or its number.
@@ -256,9 +248,9 @@ void turn_view(RigState& state, std::size_t camera, std::size_t view, const Pose
 double cost_of_view(const RigState& state, std::size_t camera, std::size_t view) {
   const Bundle& bundle = state.cameras[camera];
   const Pose pose = state.poses.camera_from_board(camera, state.poses.links[camera][view]);
-  const MatrixXd gram = gram_at(bundle, view, bundle.lens(), pose);
-  return gram.size() == 0 ? std::numeric_limits<double>::infinity()
-                          : gram(gram.rows() - 1, gram.cols() - 1);
+  const auto gram = products_of(bundle, view, {}, bundle.lens(), pose);
+  return gram ? (*gram)(gram->rows() - 1, gram->cols() - 1)
+              : std::numeric_limits<double>::infinity();
 }
 
 }  // namespace tagcal::internal

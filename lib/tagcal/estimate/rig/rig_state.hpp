@@ -16,7 +16,7 @@ struct OwnPose {
   double cost = 0;                       // sum of squared whitened residuals
 };
 
-// // When a view was taken, and what it shows.
+// When a view was taken, and what it shows.
 struct ViewPlace {
   std::optional<std::size_t> instant;  // none: a view alone
   std::size_t board = 0;               // 0 if the places of all boards are known
@@ -50,14 +50,14 @@ struct RigState {
   std::size_t num_instants = 0;                         // of the data set
   std::vector<std::shared_ptr<const HeldModels>> held;  // models that the bundles point to
 
-  // // The views of a camera's bundle at each instant of the data set.
+  // The views of a camera's bundle at each instant of the data set.
   std::vector<std::vector<std::size_t>> views_at(std::size_t camera) const;
   // Takes a view out of its instant: from then on it only informs its camera's lens.
   void set_alone(std::size_t camera, std::size_t view);
 };
 
-// The state at the cameras' own calibrations, which are answers. Of the poses only the links are
-// set, those of the boards and of views that are alone.
+// The state at the cameras' own calibrations, which are answers. Views without an instant are to be
+// set alone. Of the poses only the links are set, those of the boards and of views that are alone.
 RigState rig_state(const PlacedViews& rig, const std::vector<Calibration>& own, RigLenses lenses);
 
 // Estimates the own poses again, under the lenses and the board of the state: those of a camera

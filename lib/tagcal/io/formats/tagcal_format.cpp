@@ -73,6 +73,16 @@ std::string seen_yaml(const SeenRegion& seen) {
   return matrix_yaml("seen_region", corners);
 }
 
+std::string findings_yaml(const std::vector<Finding>& findings) {
+  std::vector<std::string> codes, severities;
+  for (const Finding& finding : findings) {
+    codes.push_back(finding.code);
+    severities.emplace_back(severity_name(finding.severity));
+  }
+  return texts_yaml("warnings", sentences(findings)) + texts_yaml("warning_codes", codes) +
+         texts_yaml("warning_severities", severities);
+}
+
 std::string image_line(const std::string& image, std::size_t view, std::set<std::string>& names) {
   const std::string name = image.empty() ? view_name(view) : image;
   if (!names.insert(name).second)

@@ -19,6 +19,8 @@ std::string camera_yaml(const Camera& camera, std::string_view model);
 std::string uncertainty_yaml(const CalibrationFile& calibration);
 
 std::string seen_yaml(const SeenRegion& seen);
+// warnings, warning_codes, warning_severities.
+std::string findings_yaml(const std::vector<Finding>& findings);
 
 // `image` of a view by number. Views are found by name: one without a name gets its number; throws
 // Error if the name is in `names`, to which it is added.

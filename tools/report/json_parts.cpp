@@ -1,0 +1,23 @@
+#include "report/json_parts.hpp"
+
+#include <nlohmann/json.hpp>
+#include <vector>
+
+namespace tagcal::tools {
+
+using Json = nlohmann::ordered_json;
+
+Json matrix_json(const Eigen::MatrixXd& matrix) {
+  Json rows = Json::array();
+  for (const auto& row : matrix.rowwise())
+    rows.push_back(std::vector<double>(row.begin(), row.end()));
+  return rows;
+}
+
+Json pose_json(const Pose& pose) {
+  const Eigen::Quaterniond q = pose.rotation();
+  const Eigen::Vector3d& t = pose.translation();
+  return {{"rotation", {q.w(), q.x(), q.y(), q.z()}}, {"translation_m", {t.x(), t.y(), t.z()}}};
+}
+
+}  // namespace tagcal::tools

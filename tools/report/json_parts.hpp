@@ -1,0 +1,15 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <nlohmann/json_fwd.hpp>
+
+#include "tagcal/geometry/pose.hpp"
+
+// Parts that the JSON of several commands has.
+
+namespace tagcal::tools {
+
+nlohmann::ordered_json matrix_json(const Eigen::MatrixXd& matrix);  // a list of rows
+nlohmann::ordered_json pose_json(const Pose& pose);                 // {rotation, translation_m}
+
+}  // namespace tagcal::tools
