@@ -24,7 +24,9 @@ struct RigWorldOptions {
   bool smooth = false;            // the board moves steadily from instant to instant
   double seen_share = 1;          // of the instants that a camera has a picture of
   std::vector<double> offset;     // by camera, in instants (smooth motion); empty: none
-  int moved_camera = -1;          // that is somewhere else from the middle of the instants on
+  // A camera that is somewhere else from the middle of the instants on. The truth is its place in
+  // most of its views.
+  int moved_camera = -1;
   double moved_m = 0.02;
   double turned_share = 0;  // of the views, whose corners have the board's other order
   bool shuffled = false;    // the last camera's pictures are of other instants
@@ -97,6 +99,7 @@ inline RigDataset make_rig_world(std::uint64_t seed, const RigWorldOptions& opti
     rig.truth->camera_from_rig.push_back(camera_from_rig);
     rig.truth->time_offset_s.push_back(0);
     const Pose moved = retract(camera_from_rig, random_step(random, 0.02, options.moved_m));
+    int num_moved = 0, num_still = 0;
     for (int t = 0; t < options.num_instants; ++t) {
       auto& instant = rig.instants[static_cast<std::size_t>(t)];
       instant.view.resize(static_cast<std::size_t>(options.num_cameras));
@@ -105,8 +108,8 @@ inline RigDataset make_rig_world(std::uint64_t seed, const RigWorldOptions& opti
       const int at = other ? (t * 7 + 3) % options.num_instants : t;
       const double offset =
           options.offset.empty() ? 0 : options.offset[static_cast<std::size_t>(c)];
-      const Pose& place =
-          c == options.moved_camera && t >= options.num_instants / 2 ? moved : camera_from_rig;
+      const bool is_moved = c == options.moved_camera && t >= options.num_instants / 2;
+      const Pose& place = is_moved ? moved : camera_from_rig;
       View view = observe({lens, camera.data.image_size}, place * rig_from_world(at + offset),
                           points, corners, random);
       if (view.observations.size() < 8) continue;
@@ -116,11 +119,13 @@ inline RigDataset make_rig_world(std::uint64_t seed, const RigWorldOptions& opti
       if (options.with_covariances)
         for (Observation& o : view.observations)
           o.covariance_px2 = options.sigma_px * options.sigma_px * Matrix2::Identity();
+      ++(is_moved ? num_moved : num_still);
       view.image = std::to_string(t);
       instant.view[static_cast<std::size_t>(c)] = camera.data.views.size();
       camera.data.views.push_back(std::move(view));
       if (options.period_s > 0) camera.times_s.push_back(t * options.period_s);
     }
+    if (num_moved > num_still) rig.truth->camera_from_rig.back() = moved;
     rig.cameras.push_back(std::move(camera));
   }
   return rig;

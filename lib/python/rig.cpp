@@ -107,7 +107,9 @@ void bind_cameras(py::module_& m) {
   camera.field("calibration", &RigCameraEstimate::own, "Calibration, from its own pictures alone.");
   camera.field(
       "camera", [](const RigCameraEstimate& c) { return c.camera.camera; }, "The rig's Camera.");
-  camera.field("claim", &RigCameraEstimate::camera, "The same with what is known of its lens.");
+  camera.field("model", &RigCameraEstimate::model, "Name of the model of `camera`.");
+  camera.field("claim", &RigCameraEstimate::camera,
+               "The rig's camera with what is known of its lens.");
   camera.field("camera_from_rig", &RigCameraEstimate::camera_from_rig,
                "Pose; the rig's frame is that of the reference camera.");
   camera.field(

@@ -56,9 +56,9 @@ std::string camera_rows(const RigCalibration& rig) {
   std::string text = fmt::format("\n{:<{}}  {:<9} {:>6} {:>8} {:>7} {:>7}\n", "camera", width,
                                  "model", "views", "corners", "rms px", "excess");
   for (const RigCameraEstimate& camera : rig.cameras)
-    text += fmt::format("{:<{}}  {:<9} {:>6} {:>8} {:>7} {:>7.2f}\n", camera.name, width,
-                        camera.own.model.empty() ? "known" : camera.own.model, camera.num_views,
-                        camera.num_corners, two_digits(camera.rms_px), camera.excess);
+    text +=
+        fmt::format("{:<{}}  {:<9} {:>6} {:>8} {:>7} {:>7.2f}\n", camera.name, width, camera.model,
+                    camera.num_views, camera.num_corners, two_digits(camera.rms_px), camera.excess);
   return text;
 }
 
@@ -110,7 +110,7 @@ std::string board_lines(std::size_t index, const RigBoard& board) {
 
 Json camera_json(const RigCameraEstimate& camera) {
   Json json = {{"name", camera.name},
-               {"model", camera.own.model},
+               {"model", camera.model},
                {"own_status", status_name(camera.own.status)},
                {"connected", camera.is_connected},
                {"num_views", camera.num_views},

@@ -117,24 +117,17 @@ void require_answers(const RigDataset& rig, RigCalibration& answer) {
   }
 }
 
-// The state under the models of the claims, solved from the answer; with known lenses, the answer
-// itself with their models.
-RigState state_of_claims(const RigState& answer, const RigCalibration& rig,
-                         const RigOptions& options) {
+// The state with known lenses free, by the models of their claims.
+RigState state_of_claims(const RigState& answer, const RigCalibration& rig) {
   RigState state = answer;
-  bool differs = false;
   for (std::size_t c = 0; c < state.cameras.size(); ++c) {
     const std::optional<UncertainCamera>& claim = rig.cameras[c].own.claim;
     if (!claim || !claim->model) continue;
     Bundle& bundle = state.cameras[c];
     const Lens lens = bundle.lens();
-    differs = differs || bundle.model->num_free() != claim->model->num_free();
     bundle.model = claim->model;
     bundle.free_values = claim->model->free_values(lens);
   }
-  if (differs && options.lenses == RigLenses::joint)
-    solve(state.cameras, state.poses, options.calibrate.front().max_iterations,
-          options.calibrate.front().num_threads);
   return state;
 }
 
@@ -159,15 +152,16 @@ void add_scale(const RigState& state, const RigLayout& layout, MatrixXd& covaria
 
 // The joint covariance of extrinsics and lenses.
 std::optional<MatrixXd> joint_covariance(const RigState& state, const RigLayout& layout,
-                                         const RigCalibration& rig, const RigOptions& options) {
+                                         const RigCalibration& rig, const RigOptions& options,
+                                         double strain) {
   std::vector<MatrixXd> claims;
   for (std::size_t c = 0; c < state.cameras.size(); ++c) {
     const std::optional<UncertainCamera>& claim = rig.cameras[c].own.claim;
     claims.push_back(claim && claim->model ? MatrixXd(claim->covariance) : MatrixXd());
   }
   auto covariance = options.lenses == RigLenses::fixed
-                        ? covariance_of_extrinsics(state, layout, claims)
-                        : covariance_of_rig(state, layout, claims);
+                        ? covariance_of_extrinsics(state, layout, claims, strain)
+                        : covariance_of_rig(state, layout, claims, strain);
   if (covariance) add_scale(state, layout, *covariance);
   return covariance;
 }
@@ -188,9 +182,11 @@ void set_cameras(const RigState& state, const RigState& of_claims, const SolvedR
     const Bundle& bundle = state.cameras[c];
     UncertainCamera& camera = answer.cameras[c].camera;
     camera.camera = {bundle.lens(), bundle.image_size};
-    const Index k = of_claims.cameras[c].model->num_free();
+    const Model& model = *of_claims.cameras[c].model;
+    const Index k = model.num_free();
+    answer.cameras[c].model = k > 0 ? model.name() : full_model(bundle.lens()).name();
     if (k == 0) continue;
-    camera.model = of_claims.cameras[c].model;
+    camera.model = &model;
     camera.covariance = solved.covariance.block(solved.layout.lens[c], solved.layout.lens[c], k, k);
   }
 }
@@ -249,9 +245,10 @@ RigCalibration calibrate_rig(const RigDataset& given, const RigOptions& options)
   answer.num_iterations = solution.num_iterations;
   answer.rejected_instants = solution.rejected;
 
-  const RigState of_claims = state_of_claims(state, answer, options);
+  const RigState of_claims = state_of_claims(state, answer);
   SolvedRig solved{&rig, &state, start, RigLayout(of_claims, start.connected), MatrixXd()};
-  const auto covariance = joint_covariance(of_claims, solved.layout, answer, options);
+  const auto covariance = joint_covariance(of_claims, solved.layout, answer, options,
+                                           strain_of_rig(state, solved.layout.num_extrinsics()));
   solved.covariance = covariance.value_or(MatrixXd::Zero(solved.layout.size, solved.layout.size));
   set_cameras(state, of_claims, solved, answer);
   report_rig(solved, answer);

@@ -43,6 +43,7 @@ struct RigCameraEstimate {
   std::string name;
   Calibration own;                       // from its own pictures alone
   UncertainCamera camera;                // the rig's answer, with its claim
+  std::string model;                     // of that lens: it may be larger than the own answer's
   double error_px = 0;                   // as CalibrationFile::camera_error_px
   Pose camera_from_rig;                  // identity for the reference
   Matrix6 covariance = Matrix6::Zero();  // of (omega rad, tau m) in the camera frame: `retract`
@@ -66,7 +67,7 @@ struct DepthUncertainty {
 struct RigPair {
   std::size_t a = 0, b = 0;  // cameras, a < b
   int num_instants = 0;      // in common, that take part
-  int num_corners = 0;       // seen by both at the same instant
+  int num_corners = 0;       // seen by both at the same instant, of 100 instants at most
   Pose b_from_a;
   Matrix6 covariance = Matrix6::Zero();
   double baseline_m = 0;

@@ -19,9 +19,7 @@ FileCamera file_camera_of(const RigCameraEstimate& camera) {
   file.name = camera.name;
   file.camera_from_rig = camera.camera_from_rig;
   file.calibration.camera = camera.camera.camera;
-  file.calibration.model = camera.own.model.empty()
-                               ? std::string(full_model(camera.camera.camera.lens).name())
-                               : camera.own.model;
+  file.calibration.model = camera.model;
   file.calibration.fixed = camera.own.fixed;
   file.calibration.seen = camera.own.seen;
   if (is_answer(camera.own.status)) file.calibration.camera_error_px = camera.error_px;

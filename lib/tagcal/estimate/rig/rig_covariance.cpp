@@ -1,5 +1,6 @@
 #include "tagcal/estimate/rig/rig_covariance.hpp"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
@@ -12,23 +13,63 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 
-// Adds a view's products to those of its instant, [pose of the instant (6) | parameters | shape of
-// the board | r].
+// The products of an instant's rows by its pose: A'A, and A'[B | r] with the rows B by the
+// parameters of the rig.
+struct PoseProducts {
+  Matrix6 by_pose = Matrix6::Zero();
+  MatrixXd cross;
+
+  explicit PoseProducts(Index num_parameters) : cross(MatrixXd::Zero(6, num_parameters + 1)) {}
+};
+
+// Adds a view's products, [pose (6) | parameters | shape of the board | r], to those of its instant
+// and to the sums over instants.
 void add_view(const RigState& state, const RigLayout& layout, std::size_t camera,
-              const LinkedPoses::Link& link, const MatrixXd& view_gram, MatrixXd& gram) {
+              const LinkedPoses::Link& link, const MatrixXd& view_gram, PoseProducts& pose,
+              ViewInformation& sum) {
   const Bundle& bundle = state.cameras[camera];
   const Index k = bundle.model->num_free(), shapes = bundle.num_shapes();
-  const Index width = 6 + k + shapes + 1;
-  const MatrixXd full = view_gram.selfadjointView<Eigen::Upper>();
   const LinkedSteps steps(state.poses, camera, link);
-  MatrixXd onto = MatrixXd::Zero(width, gram.cols());
-  onto.topLeftCorner<6, 6>() = steps.by_instant;
-  if (layout.pose[camera]) onto.block<6, 6>(0, 6 + *layout.pose[camera]) = steps.by_camera;
-  if (const auto at = layout.board[link.board]) onto.block<6, 6>(0, 6 + *at) = steps.by_board;
-  onto.block(6, 6 + layout.lens[camera], k, k).setIdentity();
-  if (shapes > 0) onto.block(6 + k, 6 + layout.size, shapes, shapes).setIdentity();
-  onto(width - 1, gram.cols() - 1) = 1;
-  gram += onto.transpose() * full * onto;
+  // The parameters that the view depends on, of [instant (6) | rig | r], and its rows by them.
+  std::vector<Index> places;
+  MatrixXd onto = MatrixXd::Zero(view_gram.rows(), 18 + k + shapes + 1);
+  const auto add = [&](Index at, Index count) {
+    for (Index i = 0; i < count; ++i) places.push_back(at + i);
+  };
+  const auto add_pose = [&](Index at, const Matrix6& by) {
+    onto.block<6, 6>(0, std::ssize(places)) = by;
+    add(at, 6);
+  };
+  add_pose(0, steps.by_instant);
+  if (layout.pose[camera]) add_pose(6 + *layout.pose[camera], steps.by_camera);
+  if (const auto at = layout.board[link.board]) add_pose(6 + *at, steps.by_board);
+  onto.block(6, std::ssize(places), k + shapes + 1, k + shapes + 1).setIdentity();
+  add(6 + layout.lens[camera], k);
+  add(6 + layout.size, shapes);
+  add(6 + sum.schur.cols(), 1);
+  const MatrixXd full = view_gram.selfadjointView<Eigen::Upper>();
+  const MatrixXd products = onto.transpose() * full * onto;
+  for (std::size_t j = 6; j + 1 < places.size(); ++j) {
+    const Index column = static_cast<Index>(j);
+    for (std::size_t i = 6; i + 1 < places.size(); ++i)
+      sum.schur(places[i] - 6, places[j] - 6) += products(static_cast<Index>(i), column);
+    sum.gradient[places[j] - 6] += products(column, std::ssize(places) - 1);
+  }
+  pose.by_pose += products.topLeftCorner<6, 6>();
+  for (std::size_t j = 6; j < places.size(); ++j)
+    pose.cross.col(places[j] - 6) += products.block<6, 1>(0, static_cast<Index>(j));
+}
+
+// Takes the part of the instant's pose from the sums: B'A (A'A)^-1 A'B. False if the views do not
+// determine the pose. (`eliminate_pose` would cost the cube of the rig's parameters.)
+bool eliminate(const PoseProducts& pose, ViewInformation& sum) {
+  const Eigen::LLT<Eigen::Matrix<double, 6, 6>> llt(Eigen::Matrix<double, 6, 6>(pose.by_pose));
+  if (llt.info() != Eigen::Success) return false;
+  const MatrixXd rows = llt.matrixL().solve(pose.cross);
+  const Index n = sum.schur.cols();
+  sum.schur.noalias() -= rows.leftCols(n).transpose() * rows.leftCols(n);
+  sum.gradient.noalias() -= rows.leftCols(n).transpose() * rows.col(n);
+  return true;
 }
 
 // Views by instant of the linked poses: (camera, view).
@@ -45,20 +86,10 @@ std::vector<std::vector<std::pair<std::size_t, std::size_t>>> views_by_instant(
 // Instants that count as one sample together, so that samples times the cube of the parameters stay
 // bounded: a limit of work.
 std::size_t instants_per_sample(std::size_t num_instants, Index num_parameters) {
-  constexpr double kMostWork = 4e9;      // numeric: a limit of work
+  constexpr double kMostWork = 1e9;      // numeric: a limit of work
   constexpr double kFewestSamples = 20;  // numeric: a limit of work
   const double most = std::max(kFewestSamples, kMostWork / std::pow(num_parameters, 3));
   return static_cast<std::size_t>(std::ceil(static_cast<double>(num_instants) / most));
-}
-
-void add_sample(const ViewInformation& instant, std::size_t number, std::size_t per_sample,
-                std::vector<ViewInformation>& samples) {
-  if (number % per_sample == 0) {
-    samples.push_back({instant.schur, instant.gradient, {}, {}});
-    return;
-  }
-  samples.back().schur += instant.schur;
-  samples.back().gradient += instant.gradient;
 }
 
 void add_priors_of_rig(const RigState& state, const RigLayout& layout,
@@ -93,17 +124,18 @@ std::optional<BundleInformation> rig_information(const RigState& solved, const R
   std::size_t number = 0;
   for (const auto& views : by_instant) {
     if (views.empty()) continue;
-    MatrixXd gram = MatrixXd::Zero(6 + n + 1, 6 + n + 1);
+    if (number++ % per_sample == 0)
+      information.views.push_back({MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n), {}, {}});
+    PoseProducts pose(n);
     for (const auto& [c, v] : views) {
       const Bundle& camera = solved.cameras[c];
       const auto of_view =
           products_of(camera, v, camera.model->free(), lenses[c], camera.camera_from_target[v]);
       if (!of_view) return std::nullopt;
-      add_view(solved, layout, c, solved.poses.links[c][v], *of_view, gram);
+      add_view(solved, layout, c, solved.poses.links[c][v], *of_view, pose,
+               information.views.back());
     }
-    const auto eliminated = eliminate_pose(gram);
-    if (!eliminated) return std::nullopt;
-    add_sample(*eliminated, number++, per_sample, information.views);
+    if (!eliminate(pose, information.views.back())) return std::nullopt;
   }
   add_priors_of_rig(solved, layout, information);
   return information;
@@ -158,7 +190,7 @@ RigLayout::RigLayout(const RigState& state, const Connected& connected) {
 // A claim may be singular, if the lens is one of a smaller model: the lens is R_c z, with
 // R_c R_c' = claim_c, and z has the information I before the rig.
 std::optional<MatrixXd> covariance_of_rig(const RigState& solved, const RigLayout& layout,
-                                          const std::vector<MatrixXd>& claims) {
+                                          const std::vector<MatrixXd>& claims, double strain) {
   const auto information = rig_information(solved, layout);
   if (!information) return std::nullopt;
   const auto spread = covariance_of(*information, 1, 1, overdispersion_of_rig(solved));
@@ -174,7 +206,7 @@ std::optional<MatrixXd> covariance_of_rig(const RigState& solved, const RigLayou
     by_z.block(at, at, k, k) = root_of(claims[c], claims[c]);
   }
   const MatrixXd root = by_z.transpose() * root_of(more, all);
-  MatrixXd total = root * root.transpose() / spread->overdispersion;
+  MatrixXd total = root * root.transpose() / std::max(spread->overdispersion, strain);
   total.diagonal().tail(layout.size - extrinsics).array() += 1;
   // So little that only what is not determined gets its variance from it.
   total.diagonal().head(extrinsics) +=
@@ -185,7 +217,8 @@ std::optional<MatrixXd> covariance_of_rig(const RigState& solved, const RigLayou
 }
 
 std::optional<MatrixXd> covariance_of_extrinsics(const RigState& solved, const RigLayout& layout,
-                                                 const std::vector<MatrixXd>& claims) {
+                                                 const std::vector<MatrixXd>& claims,
+                                                 double strain) {
   auto information = rig_information(solved, layout);
   const Index n = layout.num_extrinsics();
   if (!information || n == 0) return std::nullopt;
@@ -201,7 +234,7 @@ std::optional<MatrixXd> covariance_of_extrinsics(const RigState& solved, const R
   const auto spread = covariance_of(*information, 1, 1, overdispersion_of_rig(solved));
   if (!spread) return std::nullopt;
   MatrixXd covariance = MatrixXd::Zero(layout.size, layout.size);
-  covariance.topLeftCorner(n, n) = spread->overdispersion * *of_extrinsics;
+  covariance.topLeftCorner(n, n) = std::max(spread->overdispersion, strain) * *of_extrinsics;
   for (std::size_t c = 0; c < solved.cameras.size(); ++c) {
     const Index k = claims[c].cols();
     MatrixXd response = MatrixXd::Zero(layout.size, k);

@@ -29,15 +29,18 @@ struct RigLayout {
 // parameters of its bundle's model), which includes the choice of the model. With H the information
 // of the rig, an instant being one sample, the rig adds H - diag(S_c) to the claims:
 //   C = ((H - diag(S_c)) / phi + diag(claim_c^-1))^-1,
-// with phi the overdispersion between the instants. What the instants do not determine has a very
-// large variance. No value if a view does not determine its pose.
+// with phi the overdispersion between the instants, or the strain of the rig (`strain_of_rig`), if
+// that is larger. What the instants do not determine has a very large variance. No value if a view
+// does not determine its pose.
 std::optional<Eigen::MatrixXd> covariance_of_rig(const RigState& solved, const RigLayout& layout,
-                                                 const std::vector<Eigen::MatrixXd>& claims);
+                                                 const std::vector<Eigen::MatrixXd>& claims,
+                                                 double strain);
 
 // The same for lenses that were held: phi H_ee^-1, and the response to their errors, -H_ee^-1 H_el.
 // A claim may be empty: a lens that is exact.
 std::optional<Eigen::MatrixXd> covariance_of_extrinsics(const RigState& solved,
                                                         const RigLayout& layout,
-                                                        const std::vector<Eigen::MatrixXd>& claims);
+                                                        const std::vector<Eigen::MatrixXd>& claims,
+                                                        double strain);
 
 }  // namespace tagcal::internal

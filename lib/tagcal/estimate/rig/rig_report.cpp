@@ -3,8 +3,11 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <optional>
 
 #include "tagcal/estimate/policy/policy.hpp"
+#include "tagcal/internal/spread_indices.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -14,7 +17,8 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr double kDepths[] = {1, 3, 10, 30};  // numeric: metres, as users ask for them
+constexpr std::size_t kMostEpipolarInstants = 100;  // numeric: a limit of work
+constexpr double kDepths[] = {1, 3, 10, 30};        // numeric: metres, as users ask for them
 
 // The step of b_from_a = b_from_rig * a_from_rig^-1 by those of the two poses (6 x 12).
 Eigen::Matrix<double, 6, 12> pair_by_cameras(const Pose& a_from_rig, const Pose& b_from_rig) {
@@ -31,9 +35,48 @@ Eigen::Matrix<double, 6, 12> pair_by_cameras(const Pose& a_from_rig, const Pose&
   return by;
 }
 
+// A corner of a view, and its ray under the camera's lens.
+struct SeenRay {
+  Eigen::Vector2d pixel;
+  std::optional<Vector3d> ray;
+};
+
+// The solved rig with what its pairs have in common.
+struct RigOfPairs {
+  const SolvedRig& solved;
+  const RigLayout& layout;
+  const MatrixXd& covariance;
+  MatrixXd inverse_of_lenses;  // of the covariance of their parameters, where it is regular
+  std::vector<std::vector<std::vector<std::size_t>>> views;              // by camera and instant
+  std::vector<std::map<std::size_t, std::map<CornerId, SeenRay>>> rays;  // by camera and view
+
+  explicit RigOfPairs(const SolvedRig& rig)
+      : solved(rig),
+        layout(rig.layout),
+        covariance(rig.covariance),
+        rays(rig.data->cameras.size()) {
+    const Index lenses = layout.size - layout.num_extrinsics();
+    const MatrixXd of_lenses = covariance.bottomRightCorner(lenses, lenses);
+    inverse_of_lenses = of_lenses.completeOrthogonalDecomposition().pseudoInverse();
+    for (std::size_t c = 0; c < rays.size(); ++c) views.push_back(rig.state->views_at(c));
+  }
+
+  const std::map<CornerId, SeenRay>& rays_of(std::size_t camera, std::size_t view,
+                                             const Lens& lens) {
+    const auto [found, is_new] = rays[camera].try_emplace(view);
+    if (!is_new) return found->second;
+    const std::size_t index = solved.state->index_of_view[camera][view];
+    for (const Observation& o : solved.data->cameras[camera].data.views[index].observations) {
+      const auto ray = ray_in_camera(lens, o.pixel);
+      found->second[o.id] = {o.pixel, ray ? std::optional(ray->direction) : std::nullopt};
+    }
+    return found->second;
+  }
+};
+
 // A pair of cameras as functions of the parameters of the rig.
 struct PairModel {
-  const SolvedRig& rig;
+  RigOfPairs& rig;
   const RigCameraEstimate &a, &b;
   std::size_t index_a, index_b;
 
@@ -97,44 +140,31 @@ std::optional<DepthUncertainty> depth_uncertainty(const PairModel& pair, double 
         return by_point * (b_from_a.rotation() * Vector3d(distance * direction));
       }));
   const VectorXd depth = -of_pixel.transpose() * by_depth / by_depth.squaredNorm();
-  const Index first_lens = pair.rig.layout.lens.front();
-  const Index rest = pair.rig.layout.size - first_lens;
-  const MatrixXd& c = pair.rig.covariance;
-  const double all = depth.dot(c * depth);
+  const VectorXd with_all = pair.rig.covariance * depth;
+  const double all = std::max(0.0, depth.dot(with_all));
   // The part that would vanish if the lenses were known.
-  const MatrixXd of_lenses = c.bottomRightCorner(rest, rest);
-  double part = all;
-  if (rest > 0) {
-    const VectorXd cross = c.bottomRows(rest) * depth;
-    part = cross.dot(of_lenses.completeOrthogonalDecomposition().solve(cross));
-  }
-  return DepthUncertainty{distance, std::sqrt(std::max(0.0, all)),
-                          std::sqrt(std::clamp(part, 0.0, all))};
+  const VectorXd with_lenses = with_all.tail(pair.rig.inverse_of_lenses.cols());
+  const double part = with_lenses.dot(pair.rig.inverse_of_lenses * with_lenses);
+  return DepthUncertainty{distance, std::sqrt(all), std::sqrt(std::clamp(part, 0.0, all))};
 }
 
-// Corners that both cameras see at an instant: sums of their distances from the epipolar curves.
+// Corners that both cameras see at an instant: the sum of their squared distances from the epipolar
+// curves.
 void add_epipolar(const PairModel& pair, std::size_t view_a, std::size_t view_b, RigPair& result,
                   double& sum) {
-  const auto& state = *pair.rig.state;
-  const auto corners_of = [&](std::size_t camera, std::size_t view) -> const View& {
-    return pair.rig.data->cameras[camera].data.views[state.index_of_view[camera][view]];
-  };
-  const Pose b_from_a = pair.b_from_a();
-  const Lens &lens_a = pair.a.camera.camera.lens, &lens_b = pair.b.camera.camera.lens;
-  std::map<CornerId, Eigen::Vector2d> in_a;
-  for (const Observation& o : corners_of(pair.index_a, view_a).observations) in_a[o.id] = o.pixel;
-  for (const Observation& o : corners_of(pair.index_b, view_b).observations) {
-    const auto other = in_a.find(o.id);
-    if (other == in_a.end()) continue;
-    const auto ray_a = ray_in_camera(lens_a, other->second), ray_b = ray_in_camera(lens_b, o.pixel);
-    if (!ray_a || !ray_b) continue;
-    const Vector3d normal =
-        b_from_a.translation().cross(b_from_a.rotation() * ray_a->direction).normalized();
+  const Lens& lens_b = pair.b.camera.camera.lens;
+  const auto& in_a = pair.rig.rays_of(pair.index_a, view_a, pair.a.camera.camera.lens);
+  for (const auto& [id, b] : pair.rig.rays_of(pair.index_b, view_b, lens_b)) {
+    const auto a = in_a.find(id);
+    if (a == in_a.end() || !a->second.ray || !b.ray) continue;
+    const Vector3d normal = result.b_from_a.translation()
+                                .cross(result.b_from_a.rotation() * *a->second.ray)
+                                .normalized();
     // The nearest ray of the epipolar plane, and its pixel.
-    const Vector3d on_plane = ray_b->direction - normal * normal.dot(ray_b->direction);
+    const Vector3d on_plane = *b.ray - normal * normal.dot(*b.ray);
     const auto pixel = project(lens_b, on_plane);
     if (!pixel) continue;
-    sum += (*pixel - o.pixel).squaredNorm();
+    sum += (*pixel - b.pixel).squaredNorm();
     ++result.num_corners;
   }
 }
@@ -151,15 +181,15 @@ RigPair report_pair(const PairModel& pair) {
   const Eigen::Matrix3d of_t = result.covariance.bottomRightCorner<3, 3>();
   if (result.baseline_m > 0)
     result.sigma_baseline_m = std::sqrt(std::max(0.0, t.dot(of_t * t))) / result.baseline_m;
-  const auto of_a = pair.rig.state->views_at(pair.index_a);
-  const auto of_b = pair.rig.state->views_at(pair.index_b);
+  const auto &of_a = pair.rig.views[pair.index_a], &of_b = pair.rig.views[pair.index_b];
+  std::vector<std::size_t> common;
+  for (std::size_t i = 0; i < of_a.size(); ++i)
+    if (!of_a[i].empty() && !of_b[i].empty()) common.push_back(i);
+  result.num_instants = static_cast<int>(common.size());
   double sum = 0;
-  for (std::size_t i = 0; i < of_a.size(); ++i) {
-    if (of_a[i].empty() || of_b[i].empty()) continue;
-    ++result.num_instants;
-    for (const std::size_t a : of_a[i])
-      for (const std::size_t b : of_b[i]) add_epipolar(pair, a, b, result, sum);
-  }
+  for (const std::size_t i : spread_indices(common.size(), kMostEpipolarInstants))
+    for (const std::size_t a : of_a[common[i]])
+      for (const std::size_t b : of_b[common[i]]) add_epipolar(pair, a, b, result, sum);
   if (result.num_corners > 0) result.epipolar_px = std::sqrt(sum / result.num_corners);
   for (const double distance : kDepths)
     if (const auto depth = depth_uncertainty(pair, distance)) result.depths.push_back(*depth);
@@ -216,10 +246,11 @@ void report_rig(const SolvedRig& solved, RigCalibration& answer) {
     sum += camera.rms_px * camera.rms_px * camera.num_corners;
   }
   if (answer.num_corners > 0) answer.rms_px = std::sqrt(sum / answer.num_corners);
+  RigOfPairs pairs(solved);
   for (std::size_t a = 0; a < answer.cameras.size(); ++a)
     for (std::size_t b = a + 1; b < answer.cameras.size(); ++b) {
       if (common_instants(state, a, b) == 0 || !answer.cameras[a].is_connected) continue;
-      RigPair pair = report_pair({solved, answer.cameras[a], answer.cameras[b], a, b});
+      RigPair pair = report_pair({pairs, answer.cameras[a], answer.cameras[b], a, b});
       if (answer.cameras.size() > 2) pair.disagreement = disagreement_of(solved, a, b);
       answer.pairs.push_back(std::move(pair));
     }

@@ -176,6 +176,15 @@ double excess_of_camera(const std::vector<ViewExcess>& all, std::size_t camera) 
   return count > 0 ? std::sqrt(square / count) : 0;
 }
 
+double strain_of_rig(const RigState& state, Eigen::Index num_extrinsics) {
+  double sum = 0, freedom = -static_cast<double>(num_extrinsics);
+  for (const auto& [instant, views] : by_instant(state, excesses(state))) {
+    sum += sum_of_squares(views);
+    freedom += freedom_of(views.size());
+  }
+  return freedom > 0 ? std::max(1.0, sum / freedom) : 1.0;
+}
+
 RigSolution solve_robustly(RigState& state, const CalibrateOptions& options) {
   constexpr int kRounds = 10;  // a limit of work
   RigSolution solution;

@@ -34,6 +34,11 @@ std::vector<ViewExcess> excesses(const RigState& state);
 // The RMS of the excess of a camera's views over the noise of a coordinate.
 double excess_of_camera(const std::vector<ViewExcess>& all, std::size_t camera);
 
+// The cost of the rig over its degrees of freedom: 1 if the poses of the views contradict it by
+// their noise only, more if lenses or cameras are not as they are modelled (Birge, Phys. Rev. 40,
+// 207 (1932)). At least 1.
+double strain_of_rig(const RigState& state, Eigen::Index num_extrinsics);
+
 // Solves the bundle, and takes the instants out that contradict the rig (the worst view of an
 // instant of three views or more), in turn until none does.
 struct RigSolution {

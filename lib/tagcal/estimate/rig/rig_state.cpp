@@ -39,19 +39,22 @@ ViewProblem problem_of(const View& seen, std::size_t index,
   return problem;
 }
 
-// The model of the bundle: that of the own calibration, or one that holds the whole lens.
+// The model of the bundle: the one that carries the claim of the own calibration, because other
+// views than those that chose the smaller model of the answer may need more; or one that holds the
+// whole lens.
 const Model& model_in_rig(const Calibration& own, RigLenses lenses, RigState& state) {
   const Lens& lens = own.camera->lens;
   const LensKind& kind = kind_of(lens);
+  const std::string model(own.claim && own.claim->model ? own.claim->model->name() : own.model);
   std::map<std::string, double> values = own.fixed;
   if (lenses == RigLenses::fixed)
     for (std::size_t k = 0; k < kind.parameters.size(); ++k)
       values[std::string(kind.parameters[k].name)] = parameters(lens)[k];
   else if (values.empty())
-    return Model::named(own.model);
+    return Model::named(model);
   state.held.push_back(std::make_shared<const HeldModels>(values, kind));
   return lenses == RigLenses::fixed ? state.held.back()->of(kind, ModelRole::largest)
-                                    : state.held.back()->named(own.model);
+                                    : state.held.back()->named(model);
 }
 
 Bundle bundle_of(const Dataset& data, const Calibration& own, const Model& model) {
