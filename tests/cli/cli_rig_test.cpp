@@ -54,11 +54,37 @@ TEST_F(CliRig, PicturesToARigFile) {
   EXPECT_NEAR(pair["baseline_m"].get<double>(), truth, 4 * pair["sigma_baseline_m"].get<double>());
   EXPECT_LT(pair["sigma_baseline_m"].get<double>(), 0.001);
 
+  // Its poses and its comparison with the truth.
+  const Outcome poses = run("pose " + path("rig") + " --rig " + path("rig.yaml") + " --json");
+  ASSERT_EQ(poses.exit_code, 0) << poses.err << poses.out;
+  const Json views = Json::parse(poses.out)["views"];
+  ASSERT_EQ(views.size(), 12U);
+  EXPECT_EQ(views[0]["status"], "ok");
+  EXPECT_EQ(views[0]["cameras"], Json({"left", "right"}));
+  const Outcome valid =
+      run("validate " + path("rig.yaml") + " --dataset " + path("rig") + " --truth --json");
+  ASSERT_EQ(valid.exit_code, 0) << valid.err << valid.out;
+  const Json checks = Json::parse(valid.out);
+  EXPECT_EQ(checks["places_beyond_5_sd"], 0);
+  EXPECT_EQ(checks["cameras"][1]["opencv_agrees"], true);
+  EXPECT_GT(checks["places"][0]["place"][3]["sigma"].get<double>(), 0);
+
   // Other commands take a camera of the file, and other programs' formats its places.
   EXPECT_EQ(run("diff " + path("rig.yaml") + ":left " + path("rig.yaml") + ":left").exit_code, 0);
   ASSERT_EQ(
       run("convert " + path("rig.yaml") + " " + path("chain.yaml") + " --to kalibr").exit_code, 0);
   EXPECT_NE(slurp(root() / "chain.yaml").find("T_cn_cnm1"), std::string::npos);
+}
+
+TEST_F(CliRig, APoseNeedsTheRigOfItsCameras) {
+  render("rig", scene_of(kPlace, "6"));
+  spill(root() / "chain.yaml",
+        "cam0: {camera_model: pinhole, distortion_model: none, intrinsics: [400, 400, 239.5, "
+        "179.5], distortion_coeffs: [], resolution: [480, 360]}\n");
+  const std::string pose = "pose " + path("rig");
+  expect_bad_input(pose + " --rig " + path("chain.yaml"), {"has no place of the camera cam0"});
+  expect_bad_input(pose + " --rig a.yaml --camera b.yaml", {"--camera, --rig, --unknown-focal"});
+  expect_bad_input(pose + " --camera a.yaml --pair index", {"--pair: needs --rig"});
 }
 
 TEST_F(CliRig, ADataSetOfARigAndLensesThatAreKnown) {

@@ -316,6 +316,25 @@ Said of_rig(const RigDataset& rig, const RigOptions& options = {}) {
   return {c.status, codes_of(c.findings)};
 }
 
+// A camera of three that is a centimetre from its place.
+Said of_moved_member() {
+  RigWorldOptions world;
+  world.num_cameras = 3;
+  const RigDataset rig = make_rig_world(9, world);
+  KnownRig known;
+  std::vector<ViewCorrespondences> seen;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const Dataset& data = rig.cameras[c].data;
+    known.cameras.push_back({"", data.truth->camera, rig.truth->camera_from_rig[c], {}});
+    seen.push_back(view_correspondences(data.views[*rig.instants[0].view[c]], data.boards));
+  }
+  Vector6d step = Vector6d::Zero();
+  step[3] = 0.01;
+  known.cameras[2].camera_from_rig = retract(known.cameras[2].camera_from_rig, step);
+  const PoseEstimate pose = estimate_rig_pose(seen, known).rig;
+  return {pose.status, codes_of(pose.findings)};
+}
+
 RigWorldOptions moving_rig(std::vector<double> offset) {
   RigWorldOptions world;
   world.smooth = true;
@@ -363,6 +382,7 @@ std::vector<Case> cases_of_rigs() {
   RigDataset one_view = make_rig_world(5);
   for (View& view : one_view.cameras[1].data.views) view.observations.resize(3);
   return {
+      {"camera_contradicts", of_moved_member()},
       {"camera_moved", of_rig(make_rig_world(7, moved))},
       {"camera_without_answer", of_rig(one_view)},
       {"clock_corrected", of_rig(make_rig_world(5, moving_rig({0, 0.35})), find_clocks)},

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <memory>
 #include <optional>
+#include <ranges>
 #include <set>
 #include <string>
 
 #include "commands/commands.hpp"
+#include "commands/rig_poses.hpp"
 #include "draw/pose_drawing.hpp"
 #include "job/arguments.hpp"
 #include "job/camera_input.hpp"
@@ -32,6 +34,8 @@ using Eigen::Vector3d;
 struct Arguments {
   InputArguments input;
   std::string camera;
+  std::string rig;
+  std::string pair = "name";
   bool unknown_focal = false;
   double prior_focal_px = 0;
   double sigma_px = 0;
@@ -44,8 +48,11 @@ struct Arguments {
 };
 
 void check_usage(const Arguments& arguments) {
-  if (arguments.camera.empty() != arguments.unknown_focal)
-    throw Error("--camera, --unknown-focal: one of the two is needed, and only one");
+  if (!arguments.camera.empty() + !arguments.rig.empty() + arguments.unknown_focal != 1)
+    throw Error("--camera, --rig, --unknown-focal: one of them is needed, and only one");
+  if (!arguments.rig.empty() && !(arguments.views.empty() && arguments.draw.empty()))
+    throw Error("--view, --draw: not with --rig");
+  if (arguments.rig.empty() && arguments.pair != "name") throw Error("--pair: needs --rig");
   if (arguments.prior_focal_px > 0 && !arguments.unknown_focal)
     throw Error("--prior-focal: needs --unknown-focal");
 }
@@ -207,8 +214,29 @@ class Poses {
   TargetPoints points_;
 };
 
+int print(const Arguments& arguments, const std::vector<PoseReport>& reports) {
+  const auto answers =
+      std::ranges::count_if(reports, [](const auto& r) { return is_answer(r.status); });
+  print_result(arguments.json ? pose_json(reports) : pose_text(reports, arguments.verbose));
+  print_to_stderr("{} of {} {} with an answer\n", answers, reports.size(),
+                  arguments.rig.empty() ? "views" : "instants");
+  return answers > 0 ? kAnswer : kNoAnswer;
+}
+
+int run_rig(const Arguments& arguments) {
+  RigInputArguments rig;
+  rig.input = arguments.input;
+  for (const auto part : std::views::split(arguments.input.observations, ','))
+    rig.corners.emplace_back(part.begin(), part.end());
+  if (!arguments.input.target.empty()) rig.targets = {arguments.input.target};
+  rig.pair = arguments.pair;
+  rig.threads = arguments.threads;
+  return print(arguments, poses_of_rig(rig, arguments.rig, arguments.sigma_px));
+}
+
 int run(const Arguments& arguments) {
   check_usage(arguments);
+  if (!arguments.rig.empty()) return run_rig(arguments);
   Input input = read_input(arguments.input);
   choose_views(input, arguments);
   const KnownCamera camera = known_camera(arguments, input);
@@ -226,9 +254,7 @@ int run(const Arguments& arguments) {
     say_wrote(arguments.draw);
   }
   print_warnings(input.warnings);
-  print_result(arguments.json ? pose_json(reports) : pose_text(reports, arguments.verbose));
-  print_to_stderr("{} of {} views with an answer\n", answers, reports.size());
-  return answers > 0 ? kAnswer : kNoAnswer;
+  return print(arguments, reports);
 }
 
 }  // namespace
@@ -242,6 +268,11 @@ Command add_pose(CLI::App& app) {
   add_option(*command, "--camera", arguments->camera,
              "the camera's file, of any format (tagcal convert)")
       .text("CAMERA");
+  add_option(*command, "--rig", arguments->rig,
+             "the file of a rig (tagcal rig), instead of --camera: one pose at each instant, from "
+             "the folders of its cameras, which have their names")
+      .text("RIG");
+  add_pair(*command, arguments->pair);
   add_flag(*command, "--unknown-focal", arguments->unknown_focal,
            "estimate the focal length too, of a pinhole with the principal point at the image's "
            "centre; instead of --camera");
@@ -266,7 +297,8 @@ Command add_pose(CLI::App& app) {
   add_threads(*command, arguments->threads);
   add_footer(*command,
              "Example: tagcal pose desk --camera camera.yaml --draw drawings\n"
-             "         tagcal pose --target board.yaml photo.jpg --unknown-focal --json");
+             "         tagcal pose --target board.yaml photo.jpg --unknown-focal --json\n"
+             "         tagcal pose stereo --rig rig.yaml");
   return {command, [arguments] { return run(*arguments); }};
 }
 

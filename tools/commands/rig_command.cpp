@@ -1,18 +1,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
-#include <filesystem>
 #include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "commands/calibrate_many.hpp"
 #include "commands/commands.hpp"
+#include "commands/rig_input.hpp"
 #include "job/arguments.hpp"
 #include "job/camera_input.hpp"
-#include "job/find_corners.hpp"
 #include "job/messages.hpp"
 #include "job/outputs.hpp"
 #include "report/rig_report.hpp"
@@ -20,79 +17,22 @@
 #include "tagcal/estimate/calibrate.hpp"
 #include "tagcal/estimate/calibrate_rig.hpp"
 #include "tagcal/io/rig_calibration_file.hpp"
-#include "tagcal/io/rig_file.hpp"
-#include "tagcal/io/target_file.hpp"
 #include "tagcal/io/text_file.hpp"
-#include "tagcal/scene/rig_pairing.hpp"
 
 namespace tagcal::tools {
 namespace {
 
 namespace fs = std::filesystem;
 
-// ms, of time:find: half of the longest time between instants that is interpolated.
-constexpr const char* kFindTolerance = "50";
-
-struct Arguments {
-  InputArguments input;              // with the folders of all cameras
-  std::vector<std::string> targets;  // boards; of several, the places are unknown
+struct Arguments : RigInputArguments {
   bool find_boards = false;
-  std::vector<std::string> corners;  // files of observations, one a camera
-  std::string pair = "name";
   std::string lenses = "joint";
   std::vector<std::string> cameras;  // NAME=FILE
   std::vector<std::string> models;   // M, or NAME=M
   std::string reference;
   std::string out;
-  int threads = 0;
   bool json = false;
 };
-
-// The input of one camera: a folder of pictures, or a data set; with observations or without.
-Input camera_input(const Arguments& arguments, std::size_t camera) {
-  InputArguments input = arguments.input;
-  input.inputs = {arguments.input.inputs[camera]};
-  if (!arguments.corners.empty()) input.observations = arguments.corners[camera];
-  input.out = "";
-  Input read = read_input(input);
-  for (std::size_t b = 1; b < arguments.targets.size(); ++b)
-    read.dataset.boards.push_back({read_target(arguments.targets[b], {}, &read.warnings), Pose()});
-  return read;
-}
-
-// Names of the cameras: the last part of the paths that differs, without what a pattern leaves
-// open.
-std::vector<std::string> camera_names(const std::vector<std::string>& inputs) {
-  std::vector<fs::path> paths;
-  for (const std::string& input : inputs) paths.push_back(folder_path(input));
-  const auto equal = [&] {
-    return std::ranges::all_of(paths, [&](const fs::path& path) {
-      return path.has_relative_path() && path.filename() == paths.front().filename();
-    });
-  };
-  while (equal())
-    for (fs::path& path : paths) path = path.parent_path();
-  std::vector<std::string> names;
-  for (const fs::path& path : paths) {
-    const std::string name = path.filename().string();
-    const std::size_t open = name.find_first_of("*?[");
-    names.push_back(open == std::string::npos || open == 0 ? name : name.substr(0, open));
-  }
-  return names;
-}
-
-void check_folders(const std::vector<std::string>& folders) {
-  if (folders.size() < 2)
-    throw Error("rig: needs the folders of two cameras or more, or a data set with the key rig");
-  std::vector<fs::path> seen;
-  for (const std::string& folder : folders) {
-    std::error_code error;
-    const fs::path path = fs::weakly_canonical(folder, error);
-    if (std::ranges::find(seen, path) != seen.end())
-      throw Error(folder + ": is given twice: each camera needs a folder of its own");
-    seen.push_back(path);
-  }
-}
 
 // Throws Error if two cameras have pictures with the same corners: one camera was given twice.
 // Equal views have equal first pixels.
@@ -120,66 +60,6 @@ void check_different(const RigDataset& rig) {
       }
       seen.emplace(key, std::pair(&camera, &view));
     }
-}
-
-std::vector<Instant> paired(const Arguments& arguments, const std::vector<RigCamera>& cameras) {
-  const std::string& pair = arguments.pair;
-  if (pair == "name") return pair_by_name(cameras);
-  if (pair == "index") return pair_by_index(cameras);
-  if (pair.starts_with("time:")) {
-    std::string number = pair.substr(5);
-    if (number.ends_with("ms")) number.resize(number.size() - 2);
-    if (number == "find") number = kFindTolerance;
-    double tolerance_ms = 0;
-    const auto [end, error] =
-        std::from_chars(number.data(), number.data() + number.size(), tolerance_ms);
-    if (error != std::errc() || end != number.data() + number.size() || !(tolerance_ms > 0))
-      throw Error("--pair: must be time:find, or time:5ms or another number of milliseconds, got " +
-                  pair);
-    return pair_by_time(cameras, tolerance_ms / 1e3);
-  }
-  std::vector<std::string> notes;
-  std::vector<Instant> instants = pair_by_file(pair, cameras, &notes);
-  print_warnings(notes);
-  return instants;
-}
-
-// The data set of a rig, with views.
-RigDataset read_rig(const Arguments& arguments) {
-  const std::vector<std::string>& inputs = arguments.input.inputs;
-  if (inputs.size() == 1 && is_rig_folder(inputs.front())) {
-    RigFolder folder = read_rig_folder(inputs.front());
-    print_warnings(folder.warnings);
-    for (std::size_t c = 0; c < folder.rig.cameras.size(); ++c) {
-      RigCamera& camera = folder.rig.cameras[c];
-      if (!folder.files[c].observations.empty()) continue;
-      Input read = input_of(camera.name, camera.data, folder.files[c].images);
-      find_views(read, arguments.threads);
-      print_warnings(read.warnings);
-      camera.data.views = std::move(read.dataset.views);
-      if (!folder.files[c].times_s.empty())
-        camera.times_s = times_of(camera.data.views, folder.files[c]);
-    }
-    if (folder.rig.instants.empty() || arguments.pair != "name")
-      folder.rig.instants = paired(arguments, folder.rig.cameras);
-    return std::move(folder.rig);
-  }
-  check_folders(inputs);
-  if (!arguments.corners.empty() && arguments.corners.size() != inputs.size())
-    throw Error(fmt::format("--observations: needs a file for each of the {} cameras, got {}",
-                            inputs.size(), arguments.corners.size()));
-  RigDataset rig;
-  const std::vector<std::string> names = camera_names(inputs);
-  for (std::size_t c = 0; c < inputs.size(); ++c) {
-    Input input = camera_input(arguments, c);
-    find_views(input, arguments.threads);
-    print_warnings(input.warnings);
-    if (num_corners(input.dataset.views) == 0)
-      throw Error(inputs[c] + ": no picture shows the board; see tagcal detect --explain");
-    rig.cameras.push_back({names[c], std::move(input.dataset), {}});
-  }
-  rig.instants = paired(arguments, rig.cameras);
-  return rig;
 }
 
 // "NAME=VALUE": the index of the camera, and the value.
@@ -248,9 +128,7 @@ void check_ids(const RigDataset& rig, const std::vector<std::string>& targets) {
                                 targets[b], p.id.tag_id, targets[at->second]));
 }
 
-int run(const Arguments& given) {
-  Arguments arguments = given;
-  if (!arguments.targets.empty()) arguments.input.target = arguments.targets.front();
+int run(const Arguments& arguments) {
   check_text_writable(arguments.out);
   const RigDataset rig = read_rig(arguments);
   check_different(rig);
@@ -294,11 +172,9 @@ Command add_rig(CLI::App& app) {
       .separated_by(',')
       .text("CSV,CSV");
   add_no_cache(*command, arguments->input.no_cache);
-  add_option(
-      *command, "--pair", arguments->pair,
-      "which pictures belong together: name (equal names, but for the camera's own part), "
-      "index, time:5ms (with the stamps of a data set), time:find (the same, and each picture is "
-      "moved to the time of its instant, with one offset a camera), or a table of pictures")
+  add_pair(*command, arguments->pair,
+           ", time:find (the same, and each picture is moved to the time of its instant, with one "
+           "offset a camera)")
       .text("name|index|time:Tms|time:find|FILE");
   add_option(*command, "--cameras", arguments->lenses,
              "joint: lenses are estimated with the extrinsics; fixed: as --camera says, with its "

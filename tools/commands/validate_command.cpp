@@ -1,12 +1,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 
 #include "commands/commands.hpp"
+#include "commands/rig_poses.hpp"
 #include "job/arguments.hpp"
 #include "job/camera_input.hpp"
 #include "job/find_corners.hpp"
@@ -15,6 +17,8 @@
 #include "job/progress.hpp"
 #include "job/terminal.hpp"
 #include "tagcal/error.hpp"
+#include "tagcal/io/camera_file.hpp"
+#include "tagcal/io/rig_file.hpp"
 #include "tagcal/validate/validate.hpp"
 
 namespace tagcal::tools {
@@ -35,31 +39,34 @@ bool passes(const Validation& validation, const Arguments& arguments) {
   return validation.opencv_agrees && !(arguments.truth && validation.num_beyond_truth != 0);
 }
 
-std::string validation_json(const Validation& validation, const std::string& model, bool passed) {
+Json parameters_json(const std::vector<ParameterError>& errors) {
   Json parameters = Json::array();
-  for (const ParameterError& p : validation.parameters) {
+  for (const ParameterError& p : errors) {
     parameters.push_back({{"name", p.name},
                           {"estimate", p.estimate},
                           {"truth", p.truth},
                           {"sigma", p.sigma ? Json(*p.sigma) : Json()},
                           {"in_sigmas", p.in_sigmas ? Json(*p.in_sigmas) : Json()}});
   }
-  const Json answer = {{"passed", passed},
-                       {"opencv_agrees", validation.opencv_agrees},
-                       {"parameters_beyond_5_sd",
-                        validation.num_beyond_truth ? Json(*validation.num_beyond_truth) : Json()},
-                       {"model", model.empty() ? Json() : Json(model)},
-                       {"max_projection_difference_px", validation.max_projection_difference_px},
-                       {"bound_px", validation.bound_px},
-                       {"max_jacobian_difference", validation.max_jacobian_difference},
-                       {"num_compared", validation.num_compared},
-                       {"num_outside_domain", validation.num_outside_domain},
-                       {"rms_px", validation.rms_px},
-                       {"num_views", validation.num_views},
-                       {"num_without_pose", validation.num_without_pose},
-                       {"parameters", parameters},
-                       {"warnings", validation.warnings}};
-  return json_text(answer);
+  return parameters;
+}
+
+Json validation_json(const Validation& validation, const std::string& model, bool passed) {
+  return {{"passed", passed},
+          {"opencv_agrees", validation.opencv_agrees},
+          {"parameters_beyond_5_sd",
+           validation.num_beyond_truth ? Json(*validation.num_beyond_truth) : Json()},
+          {"model", model.empty() ? Json() : Json(model)},
+          {"max_projection_difference_px", validation.max_projection_difference_px},
+          {"bound_px", validation.bound_px},
+          {"max_jacobian_difference", validation.max_jacobian_difference},
+          {"num_compared", validation.num_compared},
+          {"num_outside_domain", validation.num_outside_domain},
+          {"rms_px", validation.rms_px},
+          {"num_views", validation.num_views},
+          {"num_without_pose", validation.num_without_pose},
+          {"parameters", parameters_json(validation.parameters)},
+          {"warnings", validation.warnings}};
 }
 
 std::string parameter_table(const std::vector<ParameterError>& parameters) {
@@ -88,6 +95,17 @@ std::string verdicts(const Validation& validation) {
   if (const std::optional<int>& n = validation.num_beyond_truth)
     text += fmt::format("truth: {} parameter{} beyond {} sd\n", *n == 0 ? "no" : fmt::to_string(*n),
                         *n < 2 ? "" : "s", kTruthBound);
+  return text;
+}
+
+// The places of the cameras against the truth, but for the reference's.
+std::string place_table(const std::string& name, const std::vector<ParameterError>& place) {
+  std::string text = name + "\n";
+  for (const ParameterError& p : place)
+    text += fmt::format("  {:<14} {:>14.6f} {:>12} {:>14.6f} {:>9}\n", p.name, p.estimate,
+                        p.sigma ? two_digits(*p.sigma) : "not known", p.truth,
+                        p.in_sigmas ? fmt::format("{:.2f} sd", *p.in_sigmas)
+                                    : fmt::format("{:.3g}", p.estimate - p.truth));
   return text;
 }
 
@@ -124,7 +142,58 @@ void check_truth(const Arguments& arguments, const CalibrationFile& file, const 
     throw Error(fmt::format("--truth: {} has no standard deviations", arguments.calibration));
 }
 
+// Each camera of a rig against OpenCV and the truth, then their places against the truth.
+int run_rig(const Arguments& arguments) {
+  RigInputArguments inputs;
+  inputs.input.inputs = {arguments.dataset};
+  const RigDataset data = read_rig(inputs);
+  const CameraFile file = read_camera_file(arguments.calibration);
+  const KnownRig rig = rig_of(data, file, arguments.calibration);
+  if (arguments.truth && !data.truth)
+    throw Error(fmt::format("--truth: {} has no truth file", arguments.dataset));
+  bool passed = true;
+  Json cameras = Json::array(), places = Json::array();
+  std::string text;
+  for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
+    const std::string& name = rig.cameras[c].name;
+    const auto of_file = std::ranges::find(file.cameras, name, &FileCamera::name);
+    const CalibrationFile& known = of_file->calibration;
+    const Validation validation = validate(known.camera, lens_sigmas(uncertain_camera(known)),
+                                           data.cameras[c].data, known.camera_error_px);
+    const bool passes_alone = passes(validation, arguments);
+    passed = passed && passes_alone;
+    cameras.push_back(validation_json(validation, known.model, passes_alone));
+    cameras.back()["name"] = name;
+    text +=
+        fmt::format("{}{}\n{}", text.empty() ? "" : "\n", name, summary(validation, known.model));
+  }
+  int num_beyond = 0;
+  for (std::size_t c = 0; data.truth && c < rig.cameras.size(); ++c) {
+    if (c == reference_of(rig)) continue;
+    const auto place = validate_place(rig, *data.truth, c, reference_of(rig));
+    num_beyond += static_cast<int>(std::ranges::count_if(place, [](const ParameterError& p) {
+      return p.in_sigmas && !(std::abs(*p.in_sigmas) <= kTruthBound);
+    }));
+    places.push_back({{"name", rig.cameras[c].name}, {"place", parameters_json(place)}});
+    text += place_table(
+        fmt::format("\n{} from {}", rig.cameras[c].name, rig.cameras[reference_of(rig)].name),
+        place);
+  }
+  if (data.truth)
+    text += fmt::format("truth of the places: {} number{} beyond {} sd\n",
+                        num_beyond == 0 ? "no" : fmt::to_string(num_beyond),
+                        num_beyond < 2 ? "" : "s", kTruthBound);
+  passed = passed && !(arguments.truth && num_beyond > 0);
+  const Json answer = {{"passed", passed},
+                       {"places_beyond_5_sd", data.truth ? Json(num_beyond) : Json()},
+                       {"cameras", cameras},
+                       {"places", places}};
+  print_result(arguments.json ? json_text(answer) : text);
+  return passed ? kAnswer : kCheckFailed;
+}
+
 int run(const Arguments& arguments) {
+  if (is_rig_folder(arguments.dataset)) return run_rig(arguments);
   const CalibrationFile file = read_camera(arguments.calibration);
   Input input = read_input({.inputs = {arguments.dataset}, .observations = arguments.observations});
   check_image_size(file.camera.image_size, arguments.calibration, input);
@@ -138,7 +207,7 @@ int run(const Arguments& arguments) {
   validation.warnings.insert(validation.warnings.begin(), input.warnings.begin(),
                              input.warnings.end());
   const bool passed = passes(validation, arguments);
-  print_result(arguments.json ? validation_json(validation, file.model, passed)
+  print_result(arguments.json ? json_text(validation_json(validation, file.model, passed))
                               : summary(validation, file.model));
   return passed ? kAnswer : kCheckFailed;
 }
@@ -150,10 +219,11 @@ Command add_validate(CLI::App& app) {
       add_command(app, "validate", "a calibration against OpenCV's projection and the truth");
   const auto arguments = std::make_shared<Arguments>();
   add_option(*command, "CALIBRATION", arguments->calibration,
-             "a camera's file, of any format (tagcal convert)")
+             "a camera's file, of any format (tagcal convert), or that of a rig")
       .text(" ")
       .required();
-  add_option(*command, "--dataset", arguments->dataset, "a folder with dataset.yaml")
+  add_option(*command, "--dataset", arguments->dataset,
+             "a folder with dataset.yaml; of a rig for the file of a rig")
       .text("DATASET REQUIRED")
       .required();
   add_option(*command, "--observations", arguments->observations,

@@ -242,6 +242,8 @@ std::string view_text(const PoseReport& view, bool verbose) {
   std::string text = verdict_text(view);
   text += findings_text(without_reason(view.findings), "  ");
   text += focal_text(view);
+  if (!view.cameras.empty())
+    text += line("seen by", fmt::format("{}", fmt::join(view.cameras, ", ")));
   if (!view.hypotheses.empty()) {
     text += poses_text(view, verbose);
     if (verbose)
@@ -282,7 +284,10 @@ PoseReport reported(const PoseAndFocalEstimate& estimate, const PoseAndFocalOpti
 
 std::string pose_json(const std::vector<PoseReport>& views) {
   Json list = Json::array();
-  for (const PoseReport& view : views) list.push_back(view_json(view));
+  for (const PoseReport& view : views) {
+    list.push_back(view_json(view));
+    if (!view.cameras.empty()) list.back()["cameras"] = view.cameras;
+  }
   const Json answer = {{"views", list}};
   return json_text(answer);
 }

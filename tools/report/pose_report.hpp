@@ -24,6 +24,7 @@ struct PoseReport {
   std::optional<double> sigma_px;  // none where every corner has its own covariance
 
   std::vector<Finding> findings;
+  std::vector<std::string> cameras;  // of a rig, that take part; the pose is that of its frame
 };
 
 // Copies the poses of an answer and those for a prior focal length. The solver's last state without

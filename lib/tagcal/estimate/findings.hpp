@@ -56,6 +56,7 @@ inline constexpr FindingCode noise_understated{"noise_understated", Severity::wa
 inline constexpr FindingCode rows_displaced{"rows_displaced", Severity::warning};
 inline constexpr FindingCode instants_rejected{"instants_rejected", Severity::warning};
 inline constexpr FindingCode instants_strained{"instants_strained", Severity::warning};
+inline constexpr FindingCode camera_contradicts{"camera_contradicts", Severity::warning};
 inline constexpr FindingCode camera_moved{"camera_moved", Severity::warning};
 inline constexpr FindingCode corner_order_differs{"corner_order_differs", Severity::warning};
 inline constexpr FindingCode clock_corrected{"clock_corrected", Severity::note};

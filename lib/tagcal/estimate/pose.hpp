@@ -4,6 +4,7 @@
 #include <span>
 
 #include "tagcal/camera/camera.hpp"
+#include "tagcal/estimate/rig_types.hpp"
 #include "tagcal/estimate/types.hpp"
 #include "tagcal/estimate/view_correspondences.hpp"
 
@@ -33,6 +34,17 @@ PoseAndFocalEstimate estimate_pose_and_focal(std::span<const Correspondence> cor
 PoseAndFocalEstimate estimate_pose_and_focal(const ViewCorrespondences& seen,
                                              const ImageSize& image_size,
                                              const PoseAndFocalOptions& options = {});
+
+// The pose of a calibrated rig before a target, from all of its cameras at one instant: minimises
+// the squared residuals of all cameras, in units of their noise, from each pose that a
+// camera alone finds (estimate_pose), without the corners that it rejects. A second pose that one
+// camera cannot exclude is excluded by the others: the probabilities are those of all residuals. A
+// camera whose own pose contradicts that of the others does not take part (the finding
+// camera_contradicts); of two it cannot be said which one is wrong, so that there is no answer
+// (pair_contradicts). `seen`: one for each camera, without corners if it sees none. At least one
+// camera must determine a pose alone. Throws Error if the numbers of cameras differ.
+RigPoseEstimate estimate_rig_pose(std::span<const ViewCorrespondences> seen, const KnownRig& rig,
+                                  const PoseOptions& options = {});
 
 // Where the camera is in the target's frame, and where it looks. Azimuth: of the optical axis about
 // z of the target, from +x towards +y; elevation: of the optical axis above the target's xy-plane,

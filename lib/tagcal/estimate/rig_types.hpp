@@ -8,7 +8,7 @@
 #include "tagcal/estimate/types.hpp"
 #include "tagcal/scene/rig.hpp"
 
-// Options and results of calibrate_rig (calibrate_rig.hpp).
+// Options and results of calibrate_rig (calibrate_rig.hpp) and estimate_rig_pose (pose.hpp).
 
 namespace tagcal {
 
@@ -122,6 +122,28 @@ struct RigCalibration {
   int num_iterations = 0;
   std::vector<Finding> findings;  // of the rig; those of a camera are in its own calibration
   double seconds = 0;
+};
+
+// Cameras at known places on one body.
+struct KnownRig {
+  struct Member {
+    std::string name;
+    Camera camera;
+    Pose camera_from_rig;
+    // Error of a projection besides the corners' noise (CalibrationFile::camera_error_px).
+    std::optional<double> camera_error_px;
+  };
+  std::vector<Member> cameras;
+  // Of (omega rad, tau m) of all camera_from_rig in turn: `retract`. Empty: taken as exact.
+  MatrixX covariance;
+};
+
+struct RigPoseEstimate {
+  // As for one camera, whose frame is that of the rig: `camera_from_target` is rig_from_target. Its
+  // covariance includes that of the places of the cameras. `outliers` is empty, see `of_cameras`.
+  PoseEstimate rig;
+  std::vector<PoseEstimate> of_cameras;  // of each camera alone; `degenerate` if it sees nothing
+  std::vector<std::uint8_t> takes_part;  // by camera
 };
 
 }  // namespace tagcal

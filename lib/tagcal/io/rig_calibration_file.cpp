@@ -4,7 +4,9 @@
 
 #include <cassert>
 
+#include "tagcal/error.hpp"
 #include "tagcal/io/calibration_file.hpp"
+#include "tagcal/io/camera_file.hpp"
 #include "tagcal/io/formats/tagcal_format.hpp"
 #include "tagcal/io/text/number_text.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
@@ -44,6 +46,20 @@ std::string rig_yaml(const RigCalibration& rig) {
   for (std::size_t b = 0; b < rig.boards.size() && rig.boards.size() > 1; ++b)
     text += fmt::format("   - world_from_board: {}\n", pose_yaml(rig.boards[b].world_from_board));
   return text + matrix_yaml("joint_covariance", rig.covariance) + findings_yaml(rig.findings);
+}
+
+KnownRig known_rig(const CameraFile& file, const std::string& name) {
+  KnownRig rig;
+  for (const FileCamera& camera : file.cameras) {
+    if (!camera.camera_from_rig)
+      throw Error(name + ": has no place of the camera " + camera.name + " in a rig");
+    const CameraFile alone{file.format, {camera}, {}, {}, {}};
+    const CalibrationFile& usable = usable_camera(alone, name + ":" + camera.name);
+    rig.cameras.push_back(
+        {camera.name, usable.camera, *camera.camera_from_rig, usable.camera_error_px});
+  }
+  rig.covariance = file.covariance_of_places;
+  return rig;
 }
 
 }  // namespace tagcal

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "tagcal/estimate/rig_types.hpp"
+#include "tagcal/io/types.hpp"
 
 namespace tagcal {
 
@@ -10,5 +11,9 @@ namespace tagcal {
 // and its covariance, the joint covariance, and findings. read_camera_file reads the cameras and
 // their places. Precondition: is_answer(rig.status).
 std::string rig_yaml(const RigCalibration& rig);
+
+// The rig of a file that was read, for use by tagcal. Throws Error, naming the file, if a camera
+// has no place or cannot be used (usable_camera).
+KnownRig known_rig(const CameraFile& file, const std::string& name);
 
 }  // namespace tagcal

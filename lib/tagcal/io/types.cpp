@@ -3,6 +3,7 @@
 #include "tagcal/uncertainty/projection_uncertainty.hpp"
 
 namespace tagcal {
+
 UncertainCamera uncertain_camera(const Calibration& calibration) {
   if (calibration.claim) return *calibration.claim;
   return {nullptr, *calibration.camera, {}};

@@ -73,6 +73,9 @@ struct CameraFile {
   std::vector<FileCamera> cameras;  // one or more
   std::vector<ImagePose> poses;     // empty: not in the file
   std::vector<std::string> notes;   // what was changed or dropped, a sentence each
+  // Of (omega rad, tau m) of all camera_from_rig in turn (`retract`), zero for the reference;
+  // empty: not in the file, as in those of other programs.
+  MatrixX covariance_of_places = {};
 };
 
 }  // namespace tagcal

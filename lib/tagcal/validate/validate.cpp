@@ -174,4 +174,27 @@ Validation validate(const Camera& camera, const std::vector<double>& sigmas, con
   return result;
 }
 
+std::vector<ParameterError> validate_place(const KnownRig& rig, const RigTruth& truth,
+                                           std::size_t camera, std::size_t reference) {
+  constexpr const char* kNames[] = {"rotation x",    "rotation y",    "rotation z",
+                                    "translation x", "translation y", "translation z"};
+  const auto place = [&](const Pose& a, const Pose& b) { return a * b.inverse(); };
+  const Pose estimate =
+      place(rig.cameras[camera].camera_from_rig, rig.cameras[reference].camera_from_rig);
+  const Pose exact = place(truth.camera_from_rig[camera], truth.camera_from_rig[reference]);
+  Vector6d values, exact_values;
+  values << log_rotation(estimate.rotation()), estimate.translation();
+  exact_values << log_rotation(exact.rotation()), exact.translation();
+  const Vector6d difference = minus(estimate, exact);
+  std::vector<ParameterError> errors;
+  for (int i = 0; i < 6; ++i) {
+    ParameterError error{kNames[i], values[i], exact_values[i], {}, {}};
+    const Eigen::Index at = 6 * static_cast<Eigen::Index>(camera) + i;
+    if (rig.covariance.size() > 0) error.sigma = std::sqrt(std::max(0.0, rig.covariance(at, at)));
+    if (error.sigma > 0) error.in_sigmas = difference[i] / *error.sigma;
+    errors.push_back(error);
+  }
+  return errors;
+}
+
 }  // namespace tagcal

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "tagcal/estimate/rig_types.hpp"
 #include "tagcal/scene/dataset.hpp"
 
 namespace tagcal {
@@ -44,5 +45,10 @@ inline constexpr double kTruthBound = 5;
 // corners are used only if it is given.
 Validation validate(const Camera& camera, const std::vector<double>& sigmas, const Dataset& dataset,
                     const std::optional<double>& camera_error_px = std::nullopt);
+
+// The six numbers of a camera's place in a rig against the truth, relative to a reference camera:
+// `name` is rotation x, y, z (rad; `minus`) and translation x, y, z (m).
+std::vector<ParameterError> validate_place(const KnownRig& rig, const RigTruth& truth,
+                                           std::size_t camera, std::size_t reference);
 
 }  // namespace tagcal

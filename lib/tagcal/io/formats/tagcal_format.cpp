@@ -10,6 +10,7 @@
 #include "tagcal/io/text/limits.hpp"
 #include "tagcal/io/text/number_text.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
+#include "tagcal/uncertainty/uncertain_camera.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -146,6 +147,32 @@ bool has_rig_keys(const YamlValue& top) {
          items.front().find("camera_matrix");
 }
 
+// The part of the joint covariance that the cameras' places have. The reference, whose frame is
+// that of the rig, has none.
+void read_covariance_of_places(const YamlValue& value, CameraFile& file) {
+  const Eigen::MatrixXd joint = read_matrix(value);
+  const auto n = static_cast<Eigen::Index>(file.cameras.size());
+  if (joint.rows() != joint.cols() || joint.rows() < 6 * (n - 1))
+    value.fail_plainly(
+        fmt::format("must be square, with 6 rows or more for each of {} cameras, "
+                    "got {} x {}",
+                    n - 1, joint.rows(), joint.cols()));
+  const Eigen::MatrixXd places = joint.topLeftCorner(6 * (n - 1), 6 * (n - 1));
+  if (const std::string defect = covariance_defect(places); !defect.empty())
+    value.fail_plainly(defect);
+  const auto reference = std::ranges::find_if(file.cameras, [](const FileCamera& camera) {
+    return camera.camera_from_rig && minus(*camera.camera_from_rig, Pose()).isZero();
+  });
+  if (reference == file.cameras.end())
+    value.fail_plainly("needs a camera whose camera_from_rig is the identity: the reference");
+  // The rows before and after those of the reference.
+  const Eigen::Index before = 6 * (reference - file.cameras.begin());
+  Eigen::MatrixXd onto = Eigen::MatrixXd::Zero(6 * n, 6 * (n - 1));
+  onto.topLeftCorner(before, before).setIdentity();
+  onto.bottomRightCorner(6 * (n - 1) - before, 6 * (n - 1) - before).setIdentity();
+  file.covariance_of_places = onto * places * onto.transpose();
+}
+
 CameraFile read_rig_cameras(const YamlValue& top) {
   CameraFile file;
   file.format = "tagcal";
@@ -158,6 +185,7 @@ CameraFile read_rig_cameras(const YamlValue& top) {
     if (const auto pose = item.find("camera_from_rig")) camera.camera_from_rig = read_pose(*pose);
     file.cameras.push_back(std::move(camera));
   }
+  if (const auto joint = top.find("joint_covariance")) read_covariance_of_places(*joint, file);
   const auto views = top.find("views");
   if (!views) return file;
   read_views(*views, file);

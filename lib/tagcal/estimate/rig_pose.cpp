@@ -1,0 +1,301 @@
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "tagcal/error.hpp"
+#include "tagcal/estimate/bundle/covariance.hpp"
+#include "tagcal/estimate/bundle/linked_poses.hpp"
+#include "tagcal/estimate/calibration/calibration_fit.hpp"
+#include "tagcal/estimate/findings.hpp"
+#include "tagcal/estimate/policy/policy.hpp"
+#include "tagcal/estimate/pose.hpp"
+#include "tagcal/estimate/pose/reprojection.hpp"
+#include "tagcal/solvers/numeric/minimise.hpp"
+#include "tagcal/solvers/numeric/statistics.hpp"
+
+namespace tagcal {
+using namespace internal;
+namespace {
+
+// A camera that has a pose of its own: its inliers, with a noise of 1.
+struct SeeingCamera {
+  std::size_t index = 0;
+  const KnownRig::Member* camera = nullptr;
+  const PoseEstimate* own = nullptr;
+  ViewProblem view;
+};
+
+ViewProblem inliers_of(const ViewCorrespondences& seen, const PoseEstimate& own) {
+  ViewProblem view;
+  const Matrix2 by_sigma = Matrix2::Identity() / std::max(own.sigma_px, kLeastNoisePx);
+  for (std::size_t i = 0; i < seen.correspondences.size(); ++i) {
+    if (std::ranges::binary_search(own.outliers, i)) continue;
+    view.correspondences.push_back(seen.correspondences[i]);
+    view.whitening.push_back(seen.covariance_px2.empty() ? by_sigma
+                                                         : whitening_of(seen.covariance_px2[i]));
+  }
+  return view;
+}
+
+// The step of a camera's pose by that of the rig (`retract`).
+Matrix6 by_rig(const KnownRig::Member& camera) {
+  return step_by(camera.camera_from_rig.rotation_matrix(), Eigen::Vector3d::Zero());
+}
+
+// The squared residuals of all cameras by the pose of the rig (solvers/numeric/minimise.hpp).
+struct RigPoseProblem {
+  using State = Pose;
+  struct Equations {
+    double cost = 0;
+    Matrix6 information = Matrix6::Zero();
+    Vector6d gradient = Vector6d::Zero();
+
+    std::optional<DampedStep<Vector6d>> step(double damping) const {
+      Eigen::Matrix<double, 6, 6> damped = information;
+      damped.diagonal() *= 1 + damping;
+      const Eigen::LDLT<Eigen::Matrix<double, 6, 6>> ldlt(damped);
+      if (ldlt.info() != Eigen::Success || !ldlt.isPositive()) return std::nullopt;
+      const Vector6d step = -ldlt.solve(gradient);
+      return DampedStep<Vector6d>{step, -step.dot(gradient)};
+    }
+  };
+
+  std::span<const SeeingCamera> cameras;
+
+  // The products [J | r]'[J | r] of a camera's rows by its own pose.
+  static std::optional<Eigen::MatrixXd> products(const SeeingCamera& seeing, const Pose& rig) {
+    const ViewArrays arrays(seeing.view);
+    ParameterSums sums(arrays.view(), {});
+    Eigen::MatrixXd gram;
+    if (!sums.at(seeing.camera->camera.lens, seeing.camera->camera_from_rig * rig, gram))
+      return std::nullopt;
+    return Eigen::MatrixXd(gram.selfadjointView<Eigen::Upper>());
+  }
+
+  std::optional<Equations> at(const Pose& rig_from_target) const {
+    Equations sum;
+    for (const SeeingCamera& seeing : cameras) {
+      const auto gram = products(seeing, rig_from_target);
+      if (!gram) return std::nullopt;
+      const Matrix6 by = by_rig(*seeing.camera);
+      sum.information += by.transpose() * gram->topLeftCorner<6, 6>() * by;
+      sum.gradient += by.transpose() * gram->block<6, 1>(0, 6);
+      sum.cost += (*gram)(6, 6);
+    }
+    return sum;
+  }
+
+  Pose stepped(const Pose& pose, const Vector6d& step) const { return retract(pose, step); }
+};
+
+// The step of a camera's pose by that of its place.
+Matrix6 by_place(const SeeingCamera& seeing, const Pose& rig_from_target) {
+  return step_by(Eigen::Matrix3d::Identity(),
+                 seeing.camera->camera_from_rig.rotation_matrix() * rig_from_target.translation());
+}
+
+// The covariance of a camera's pose by that of its place.
+Matrix6 covariance_by_place(const SeeingCamera& seeing, const KnownRig& rig,
+                            const Pose& rig_from_target) {
+  if (rig.covariance.size() == 0) return Matrix6::Zero();
+  const Eigen::Index at = 6 * static_cast<Eigen::Index>(seeing.index);
+  const Matrix6 by = by_place(seeing, rig_from_target);
+  return by * rig.covariance.block<6, 6>(at, at) * by.transpose();
+}
+
+// The covariance of the rig's pose: by the noise of the corners, and by the places of the cameras,
+// to which the pose responds by -H^-1 sum S' I_c X_c (S, X_c: steps of a camera's pose by those of
+// the rig and of its place, I_c: its information).
+std::optional<Matrix6> covariance_of_rig_pose(std::span<const SeeingCamera> cameras,
+                                              const KnownRig& rig, const Pose& pose,
+                                              const Matrix6& information) {
+  const auto inverse = exact_inverse(information);
+  if (!inverse) return std::nullopt;
+  Matrix6 covariance = *inverse;
+  if (rig.covariance.size() == 0) return covariance;
+  Eigen::MatrixXd response = Eigen::MatrixXd::Zero(6, rig.covariance.cols());
+  for (const SeeingCamera& seeing : cameras) {
+    const auto gram = RigPoseProblem::products(seeing, pose);
+    if (!gram) return std::nullopt;
+    response.middleCols<6>(6 * static_cast<Eigen::Index>(seeing.index)) =
+        -*inverse * by_rig(*seeing.camera).transpose() * gram->topLeftCorner<6, 6>() *
+        by_place(seeing, pose);
+  }
+  covariance += response * rig.covariance * response.transpose();
+  return covariance;
+}
+
+// Standard deviations (of a normal score) by which a camera's own poses contradict that of the
+// rig: the best of them.
+double contradiction_of(const SeeingCamera& seeing, const KnownRig& rig, const Pose& pose) {
+  const Pose predicted = seeing.camera->camera_from_rig * pose;
+  const Matrix6 of_place = covariance_by_place(seeing, rig, pose);
+  double least = std::numeric_limits<double>::infinity();
+  for (const PoseHypothesis& own : seeing.own->hypotheses) {
+    const Eigen::Matrix<double, 6, 6> covariance = own.covariance + of_place;
+    const Vector6d step = minus(predicted, own.camera_from_target);
+    least = std::min(least, step.dot(covariance.ldlt().solve(step)));
+  }
+  // Wilson and Hilferty's normal score of a chi-square of six degrees of freedom.
+  constexpr double kFreedom = 6;
+  return (std::cbrt(least / kFreedom) - 1 + 2 / (9 * kFreedom)) / std::sqrt(2 / (9 * kFreedom));
+}
+
+struct JointPose {
+  Pose rig_from_target;
+  double cost = 0;
+  Matrix6 information = Matrix6::Zero();
+};
+
+// The minima from all poses of single cameras, the best first, each once.
+std::vector<JointPose> joint_poses(std::span<const SeeingCamera> cameras) {
+  constexpr double kSamePose = 1e-3;  // numeric: standard deviations between runs to one minimum
+  const RigPoseProblem problem{cameras};
+  std::vector<JointPose> minima;
+  for (const SeeingCamera& seeing : cameras)
+    for (const PoseHypothesis& own : seeing.own->hypotheses) {
+      const Pose start = seeing.camera->camera_from_rig.inverse() * own.camera_from_target;
+      const auto minimum = minimise(problem, start);
+      if (!minimum) continue;
+      const bool is_known = std::ranges::any_of(minima, [&](const JointPose& other) {
+        const Vector6d step = minus(minimum->state, other.rig_from_target);
+        return step.dot(other.information * step) < kSamePose * kSamePose;
+      });
+      if (!is_known) minima.push_back({minimum->state, minimum->at.cost, minimum->at.information});
+    }
+  std::ranges::sort(minima, {}, &JointPose::cost);
+  return minima;
+}
+
+double rms_px_of(std::span<const SeeingCamera> cameras, const Pose& rig_from_target) {
+  double sum = 0;
+  std::size_t count = 0;
+  for (const SeeingCamera& seeing : cameras) {
+    const auto& corners = seeing.view.correspondences;
+    for (const auto& r : residuals_px(corners, seeing.camera->camera.lens,
+                                      seeing.camera->camera_from_rig * rig_from_target))
+      sum += r.squaredNorm();
+    count += corners.size();
+  }
+  return std::sqrt(sum / static_cast<double>(count));
+}
+
+// The poses that the residuals do not exclude, with their probabilities.
+std::vector<PoseHypothesis> hypotheses_of(std::span<const SeeingCamera> cameras,
+                                          const KnownRig& rig,
+                                          const std::vector<JointPose>& minima) {
+  std::vector<PoseHypothesis> hypotheses;
+  double sum = 0;
+  for (const JointPose& minimum : minima) {
+    if (minimum.cost > minima.front().cost + policy::kAmbiguousCost) break;
+    const auto covariance =
+        covariance_of_rig_pose(cameras, rig, minimum.rig_from_target, minimum.information);
+    if (!covariance) continue;
+    const double likelihood = std::exp((minima.front().cost - minimum.cost) / 2);
+    sum += likelihood;
+    hypotheses.push_back({minimum.rig_from_target, *covariance,
+                          rms_px_of(cameras, minimum.rig_from_target), likelihood});
+  }
+  for (PoseHypothesis& hypothesis : hypotheses) hypothesis.probability /= sum;
+  return hypotheses;
+}
+
+// The camera that contradicts the rig most, if one does.
+std::optional<std::size_t> contradiction(std::span<const SeeingCamera> cameras, const KnownRig& rig,
+                                         const Pose& pose) {
+  std::optional<std::size_t> worst;
+  double most = policy::kOutlierSigmas;
+  for (std::size_t i = 0; i < cameras.size(); ++i)
+    if (const double score = contradiction_of(cameras[i], rig, pose); score > most) {
+      most = score;
+      worst = i;
+    }
+  return worst;
+}
+
+// Takes the cameras out that contradict the others, in turn, and estimates the pose by the rest.
+std::vector<JointPose> solve_without_contradictions(std::vector<SeeingCamera>& cameras,
+                                                    const KnownRig& rig,
+                                                    std::vector<Finding>& findings) {
+  for (;;) {
+    std::vector<JointPose> minima = joint_poses(cameras);
+    if (minima.empty() || cameras.size() == 1) return minima;
+    const auto wrong = contradiction(cameras, rig, minima.front().rig_from_target);
+    if (!wrong) return minima;
+    const std::string& name = cameras[*wrong].camera->name;
+    if (cameras.size() == 2) {
+      add(findings, code::pair_contradicts,
+          fmt::format("{} and {} contradict one another: the pictures are not of one instant, or "
+                      "a camera of the rig moved since it was calibrated",
+                      cameras[0].camera->name, cameras[1].camera->name));
+      return {};
+    }
+    add(findings, code::camera_contradicts,
+        fmt::format("{} contradicts the other cameras and is not used: its picture is not of the "
+                    "same instant, or it moved since the rig was calibrated",
+                    name));
+    cameras.erase(cameras.begin() + static_cast<std::ptrdiff_t>(*wrong));
+  }
+}
+
+// The own poses of the only camera that sees the target, in the frame of the rig.
+std::vector<PoseHypothesis> hypotheses_of_one(const SeeingCamera& seeing, const KnownRig& rig) {
+  std::vector<PoseHypothesis> hypotheses = seeing.own->hypotheses;
+  const Pose rig_from_camera = seeing.camera->camera_from_rig.inverse();
+  const Matrix6 by_own = by_rig(*seeing.camera).transpose();
+  for (PoseHypothesis& hypothesis : hypotheses) {
+    hypothesis.camera_from_target = rig_from_camera * hypothesis.camera_from_target;
+    hypothesis.covariance =
+        by_own *
+        (hypothesis.covariance + covariance_by_place(seeing, rig, hypothesis.camera_from_target)) *
+        by_own.transpose();
+  }
+  return hypotheses;
+}
+
+// The warnings of the cameras that take part, with their names.
+void add_warnings_of(std::span<const SeeingCamera> cameras, std::vector<Finding>& findings) {
+  for (const SeeingCamera& seeing : cameras)
+    for (const Finding& finding : seeing.own->findings)
+      if (finding.severity == Severity::warning)
+        findings.push_back(
+            {finding.code, finding.severity, seeing.camera->name + ": " + finding.sentence});
+}
+
+}  // namespace
+
+RigPoseEstimate estimate_rig_pose(std::span<const ViewCorrespondences> seen, const KnownRig& rig,
+                                  const PoseOptions& options) {
+  const std::size_t n = rig.cameras.size();
+  if (seen.size() != n)
+    throw Error(fmt::format("rig: has {} cameras, got the corners of {}", n, seen.size()));
+  if (const Eigen::Index size = rig.covariance.cols();
+      size != 0 && size != 6 * static_cast<Eigen::Index>(n))
+    throw Error(fmt::format("rig: the covariance of {} places must be {} x {}, got {} x {}", n,
+                            6 * n, 6 * n, rig.covariance.rows(), size));
+  RigPoseEstimate estimate;
+  estimate.takes_part.assign(n, 0);
+  std::vector<SeeingCamera> cameras;
+  for (std::size_t c = 0; c < n; ++c)
+    estimate.of_cameras.push_back(estimate_pose(seen[c], rig.cameras[c].camera, options));
+  for (std::size_t c = 0; c < n; ++c)
+    if (const PoseEstimate& own = estimate.of_cameras[c]; is_answer(own.status))
+      cameras.push_back({c, &rig.cameras[c], &own, inliers_of(seen[c], own)});
+  PoseEstimate& joint = estimate.rig;
+  if (cameras.empty())
+    add(joint.findings, code::target_unseen, "no camera alone determines a pose of the target");
+  const auto minima = solve_without_contradictions(cameras, rig, joint.findings);
+  joint.hypotheses = cameras.size() == 1 ? hypotheses_of_one(cameras.front(), rig)
+                                         : hypotheses_of(cameras, rig, minima);
+  add_warnings_of(cameras, joint.findings);
+  if (joint.hypotheses.empty() && is_answer(judge(joint.findings)))
+    add(joint.findings, code::not_converged, "no pose of the rig lies before all cameras");
+  joint.status = judge(joint.findings);
+  if (joint.status == Status::ok && joint.hypotheses.size() > 1) joint.status = Status::ambiguous;
+  for (const SeeingCamera& seeing : cameras) estimate.takes_part[seeing.index] = 1;
+  return estimate;
+}
+
+}  // namespace tagcal

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "job/arguments.hpp"
+#include "job/input.hpp"
+#include "tagcal/scene/rig.hpp"
+
+namespace tagcal::tools {
+
+// What the commands read of several cameras on one body.
+struct RigInputArguments {
+  InputArguments input;              // with the folders of all cameras
+  std::vector<std::string> targets;  // boards; of several, the places are unknown
+  std::vector<std::string> corners;  // files of observations, one a camera
+  std::string pair = "name";
+  int threads = 0;
+};
+
+// The data set of a rig, with views: a data set with the key rig, or a folder or pattern for each
+// camera. Prints the warnings of reading. Throws Error.
+RigDataset read_rig(const RigInputArguments& arguments);
+
+// --pair; `more`: further values.
+Option add_pair(CLI::App& command, std::string& pair, const std::string& more = "");
+
+}  // namespace tagcal::tools

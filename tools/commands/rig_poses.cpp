@@ -1,0 +1,102 @@
+#include "commands/rig_poses.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "job/camera_input.hpp"
+#include "tagcal/error.hpp"
+#include "tagcal/internal/parallel.hpp"
+#include "tagcal/io/camera_file.hpp"
+#include "tagcal/io/rig_calibration_file.hpp"
+
+namespace tagcal::tools {
+using namespace internal;
+namespace {
+
+// What each camera saw at an instant.
+std::vector<ViewCorrespondences> seen_at(const Instant& instant, const RigDataset& data,
+                                         const KnownRig& rig) {
+  std::vector<ViewCorrespondences> seen(data.cameras.size());
+  for (std::size_t c = 0; c < seen.size(); ++c)
+    if (const auto& view = instant.view[c])
+      seen[c] = view_correspondences(data.cameras[c].data.views[*view], data.cameras[c].data.boards,
+                                     rig.cameras[c].camera_error_px);
+  return seen;
+}
+
+// "000.png", or "left01.jpg, right01.jpg" if the cameras' pictures have names of their own.
+std::string name_of(const Instant& instant, const RigDataset& data) {
+  std::vector<std::string> names;
+  for (std::size_t c = 0; c < data.cameras.size(); ++c)
+    if (const auto& view = instant.view[c]) {
+      const std::string& name = data.cameras[c].data.views[*view].image;
+      if (std::ranges::find(names, name) == names.end()) names.push_back(name);
+    }
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+PoseReport report_of(const RigPoseEstimate& estimate, const KnownRig& rig,
+                     const std::vector<ViewCorrespondences>& seen) {
+  PoseReport report = reported(estimate.rig);
+  for (std::size_t c = 0; c < seen.size(); ++c) {
+    if (estimate.takes_part[c] == 0) continue;
+    report.cameras.push_back(rig.cameras[c].name);
+    for (const std::size_t i : estimate.of_cameras[c].outliers)
+      report.outliers.push_back(report.corners.size() + i);
+    report.corners.insert(report.corners.end(), seen[c].ids.begin(), seen[c].ids.end());
+  }
+  return report;
+}
+
+}  // namespace
+
+KnownRig rig_of(const RigDataset& data, const CameraFile& file, const std::string& name) {
+  print_notes(name, file.notes);
+  const KnownRig all = known_rig(file, name);
+  KnownRig rig;
+  std::vector<Eigen::Index> rows;
+  std::string names;
+  for (const KnownRig::Member& member : all.cameras)
+    names += (names.empty() ? "" : ", ") + member.name;
+  for (const RigCamera& camera : data.cameras) {
+    const auto found = std::ranges::find(all.cameras, camera.name, &KnownRig::Member::name);
+    if (found == all.cameras.end())
+      throw Error(fmt::format("{}: has no camera {}, only {}: folders must have the cameras' names",
+                              name, camera.name, names));
+    if (found->camera.image_size != camera.data.image_size)
+      throw Error(
+          fmt::format("{}: the image size of {} must be {}x{} as in its pictures, got {}x{}", name,
+                      camera.name, camera.data.image_size.width, camera.data.image_size.height,
+                      found->camera.image_size.width, found->camera.image_size.height));
+    rig.cameras.push_back(*found);
+    for (Eigen::Index i = 0; i < 6; ++i) rows.push_back(6 * (found - all.cameras.begin()) + i);
+  }
+  if (all.covariance.size() > 0) rig.covariance = all.covariance(rows, rows);
+  return rig;
+}
+
+std::size_t reference_of(const KnownRig& rig) {
+  const auto reference = std::ranges::find_if(rig.cameras, [](const KnownRig::Member& member) {
+    return minus(member.camera_from_rig, Pose()).isZero();
+  });
+  return reference == rig.cameras.end() ? 0
+                                        : static_cast<std::size_t>(reference - rig.cameras.begin());
+}
+
+std::vector<PoseReport> poses_of_rig(const RigInputArguments& arguments, const std::string& file,
+                                     double sigma_px) {
+  const RigDataset data = read_rig(arguments);
+  const KnownRig rig = rig_of(data, read_camera_file(file), file);
+  PoseOptions options;
+  options.sigma_px = sigma_px;
+  std::vector<PoseReport> reports(data.instants.size());
+  parallel_for(reports.size(), static_cast<std::size_t>(arguments.threads), [&](std::size_t t) {
+    const std::vector<ViewCorrespondences> seen = seen_at(data.instants[t], data, rig);
+    reports[t] = report_of(estimate_rig_pose(seen, rig, options), rig, seen);
+    reports[t].image = name_of(data.instants[t], data);
+  });
+  return reports;
+}
+
+}  // namespace tagcal::tools

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "commands/rig_input.hpp"
+#include "report/pose_report.hpp"
+#include "tagcal/estimate/rig_types.hpp"
+#include "tagcal/io/types.hpp"
+
+namespace tagcal::tools {
+
+// The cameras of a rig's file in the order of a data set, matched by name. Throws Error for a
+// camera that the file lacks, or of another image size.
+KnownRig rig_of(const RigDataset& data, const CameraFile& file, const std::string& name);
+
+// The camera whose frame is that of the rig.
+std::size_t reference_of(const KnownRig& rig);
+
+// The pose of a known rig at each instant of what it saw.
+std::vector<PoseReport> poses_of_rig(const RigInputArguments& arguments, const std::string& file,
+                                     double sigma_px);
+
+}  // namespace tagcal::tools
