@@ -55,6 +55,10 @@ TEST_F(Cli, TheStepsOfTheBoardsPlaneAgreeWithItsImage) {
   EXPECT_NEAR(plane["line_of_sight"]["t_m"], vector(steps.answer["point"]["in_camera_m"]).norm(),
               1e-9);
   EXPECT_EQ(plane["side_seen"], "front");
+  EXPECT_EQ(plane["plane_in_world"], Json({0, 0, 1, 0}));  // its normal points out of the front
+  const Eigen::VectorXd flattened = vector(plane["flattened"]["plane_after_it"]);
+  EXPECT_NEAR(std::abs(flattened[2]), 1, 1e-12);
+  EXPECT_NEAR(flattened[3] / flattened[2], -1, 1e-12);
   Eigen::Matrix3d h;
   for (int r = 0; r < 3; ++r)
     for (int c = 0; c < 3; ++c) h(r, c) = plane["raster_from_board"][r][c];
@@ -117,6 +121,74 @@ TEST_F(Cli, TheStepsPlaceTheCamera) {
   spill(root() / "down.yaml", replaced(scene, "elevation_deg: 30", "elevation_deg: 90"));
   const std::string down = run("view " + path("down.yaml") + " --at 0:0 --steps").out;
   EXPECT_NE(down.find("gimbal lock"), std::string::npos);
+}
+
+TEST_F(Cli, TheStepsFindTheMatricesFromMatchedCornersAndByThreeMoves) {
+  for (const char* name : {"wall", "window", "house"}) {  // off-centre, and oblique
+    const Outcome outcome = run("view " + kSource + "/data-synthetic/scenes/viewing/" + name +
+                                ".yaml --near 0.3 --far 3 --json");
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    const Steps steps{Json::parse(outcome.out)};
+    const Json& matched = steps["five_matched_corners"];
+    const Eigen::Matrix4d clip = matrix(steps.answer["matrices"]["clip_from_eye"]);
+    EXPECT_LT((matrix(matched["clip_from_eye, scaled to w = -z (parallel: 1)"]) - clip).norm(),
+              1e-12)
+        << name;
+    Eigen::Matrix3d product = Eigen::Matrix3d::Identity(), whole;
+    const auto moves = nlohmann::ordered_json::parse(outcome.out)["steps"]["window_to_viewport"];
+    for (const auto& [step, rows] : moves.items()) {
+      Eigen::Matrix3d m;
+      for (int i = 0; i < 9; ++i) m(i / 3, i % 3) = rows[i / 3][i % 3];
+      if (step == "product")
+        whole = m;
+      else
+        product = (m * product).eval();
+    }
+    EXPECT_LT((product - whole).norm(), 1e-9) << name;
+  }
+}
+
+TEST_F(Cli, ViewClipsALineByCodesByItsParameterAndInSpace) {
+  const std::string doorway =
+      "view " + kSource + "/data-synthetic/scenes/doorway.yaml --near 1 --far 10 ";
+  const auto line = [&](const std::string& points) {
+    const Outcome outcome = run(doorway + points + " --json");
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return Json::parse(outcome.out)["steps"]["line_to"];
+  };
+  const Json cut = line("--at -5.76,3,-0.08 --to 2.88,3,3.16");  // the course's line
+  EXPECT_EQ(cut["codes_top_bottom_right_left"], "0001 1010");
+  EXPECT_EQ(cut["codes_or"], "1011");
+  EXPECT_EQ(cut["codes_say"], "cut at a border, and test again");
+  EXPECT_LT((vector(cut["by_codes_in_ndc"][0]) - Eigen::Vector2d(-1, 0.25)).norm(), 1e-12);
+  EXPECT_LT((vector(cut["by_codes_in_ndc"][1]) - Eigen::Vector2d(0.5, 1)).norm(), 1e-12);
+  for (const char* t : {"by_parameter_t", "in_space_by_six_planes_t"})
+    EXPECT_LT((vector(cut[t]) - Eigen::Vector2d(4.0 / 9, 7.0 / 9)).norm(), 1e-12) << t;
+  const Json beyond = line("--at -5.76,3,-0.08 --to -5.76,3,3.16");
+  EXPECT_EQ(beyond["codes_and"], "0001");
+  EXPECT_EQ(beyond["codes_say"], "all outside, beyond one border");
+  EXPECT_EQ(beyond["by_codes_in_ndc"], nullptr);
+  EXPECT_EQ(line("--at 0:2 --to 0:0")["codes_say"], "all inside");
+  const Json behind = line("--at 0,4,1 --to 0,-4,1");  // through the eye: near is 3/8 of the way
+  EXPECT_EQ(behind["image"], "an end is behind the eye: the line is cut in space first");
+  EXPECT_LT((vector(behind["in_space_by_six_planes_t"]) - Eigen::Vector2d(0, 0.375)).norm(), 1e-12);
+  expect_bad_input(doorway + "--to 99:0", {"--to", "99:0"});
+  expect_bad_input(doorway + "--to 0:0 --svg", {"--to", "--svg"});
+}
+
+// The relation that docs/course/viewing.md states between the two kinds of angles.
+TEST_F(Cli, TheStepsTurnACameraOfGraphics) {
+  const std::string scene = slurp(kSource + "/data-synthetic/scenes/viewing/turned.yaml");
+  spill(root() / "rolled.yaml", scene.substr(0, scene.find("path: ")) +
+                                    "path: {type: roll_pitch_yaw, centre_m: [0, 0, 0.6], roll_deg: "
+                                    "10, pitch_deg: 37, yaw_deg: 53}\n");
+  const Outcome outcome = run("view " + path("rolled.yaml") + " --json");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Steps steps{Json::parse(outcome.out)};
+  const Json& turns = steps["eye_turns_in_a_world_with_y_up"];
+  EXPECT_NEAR(turns["about_z_deg"], 10, 1e-9);
+  EXPECT_NEAR(turns["about_x_deg"], 37, 1e-9);
+  EXPECT_NEAR(turns["about_y_deg"], 90 - 53, 1e-9);
 }
 
 TEST_F(Cli, ViewSaysWhyACameraSeesWhatARendererDoesNotDraw) {

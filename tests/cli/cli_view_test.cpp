@@ -34,7 +34,7 @@ TEST_F(Cli, ThePageOnTheViewingPipelineShowsWhatTheCommandPrints) {
     }
     expect_same_text(text, printed, 2e-6, 0);
   }
-  EXPECT_EQ(shown, 15);
+  EXPECT_EQ(shown, 16);
 }
 
 TEST_F(Cli, ThePicturesOnThePageAreTheCommands) {

@@ -22,6 +22,7 @@ namespace {
 struct Arguments {
   ViewChoice choice;
   std::string at;
+  std::string to;     // empty: no line
   double near_m = 0;  // 0: encloses the scene
   double far_m = 0;
   bool json = false;
@@ -53,19 +54,18 @@ NamedPoint first_point(const Scene& scene, const Pose& camera_from_world) {
   return named_corner(scene, points.begin()->first).value();
 }
 
-NamedPoint point_to_follow(const std::string& at, const Scene& scene,
-                           const Pose& camera_from_world) {
-  if (at.empty()) return first_point(scene, camera_from_world);
+// A point as --at or --to (`option`) names it.
+NamedPoint named_point(const std::string& option, const std::string& at, const Scene& scene) {
   if (const auto x = numbers(at, ','); x.size() == 3)
     return {fmt::format("({}) in the world", at), {}, {x[0], x[1], x[2]}, {}};
   const auto id = numbers(at, ':');
   const bool whole =
       std::ranges::all_of(id, [](double n) { return n == std::floor(n) && std::abs(n) < 1e9; });
   if (!whole || id.empty() || id.size() > 2)
-    throw Error(fmt::format("--at: must be TAG:CORNER or X,Y,Z in metres, got {}", at));
+    throw Error(fmt::format("{}: must be TAG:CORNER or X,Y,Z in metres, got {}", option, at));
   const int corner = id.size() == 2 ? static_cast<int>(id[1]) : 0;
   const auto point = named_corner(scene, {static_cast<int>(id[0]), corner});
-  if (!point) throw Error(fmt::format("--at: the scene has no corner {}", at));
+  if (!point) throw Error(fmt::format("{}: the scene has no corner {}", option, at));
   return *point;
 }
 
@@ -90,11 +90,21 @@ std::string answer(const Arguments& arguments, const ViewInput& input) {
   const int view = arguments.choice.view;
   const Scene scene = scene_in_view(input.scene, view);
   const Pose& pose = *input.camera_from_world;
-  const NamedPoint point = point_to_follow(arguments.at, scene, pose);
+  const NamedPoint point =
+      arguments.at.empty() ? first_point(scene, pose) : named_point("--at", arguments.at, scene);
   const ViewingPipeline pipeline = pipeline_of(arguments, scene, pose);
-  return report_text(
-      arguments, ViewReport{scene, input.image, pipeline, point, followed(point, scene, pipeline),
-                            frames_in_view(input.scene, view), input.scene.boards});
+  ViewReport report{scene,
+                    input.image,
+                    pipeline,
+                    point,
+                    followed(point, scene, pipeline),
+                    frames_in_view(input.scene, view),
+                    input.scene.boards};
+  if (!arguments.to.empty()) {
+    const NamedPoint to = named_point("--to", arguments.to, scene);
+    report.line_to = LineEnd{to, followed(to, scene, pipeline)};
+  }
+  return report_text(arguments, report);
 }
 
 int run(const Arguments& arguments) {
@@ -126,6 +136,9 @@ Command add_view(CLI::App& app) {
              "the point to follow: a corner of a tag, or a point of the world in metres "
              "(the first corner)")
       .text("TAG:CORNER|X,Y,Z");
+  Option to = add_option(*command, "--to", arguments->to,
+                         "clips the line from the point of --at to this one");
+  to.text("TAG:CORNER|X,Y,Z");
   add_integer(*command, "--view", choice.view, 0, "which camera of the path or the data set (0)");
   add_integer(*command, "--seed", choice.seed, 0, "seed of the path jitter (0)");
   add_positive(*command, "--near", arguments->near_m, "distance of the near plane, m");
@@ -142,6 +155,7 @@ Command add_view(CLI::App& app) {
   for (Option& one : all)
     for (const Option& other : all)
       if (&one < &other) one.excludes(other);
+  to.excludes(svg).excludes(opengl);
   add_footer(*command,
              "Example: tagcal view scene.yaml --at 7:2 --svg > view.svg\n"
              "         tagcal view desk --camera camera.yaml --steps\n"

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -7,6 +8,12 @@
 #include "tagcal/scene/viewing.hpp"
 
 namespace tagcal::tools {
+
+// The other end of a line that begins at the followed point.
+struct LineEnd {
+  NamedPoint point;
+  FollowedPoint followed;
+};
 
 // One camera of a scene, its matrices, and a point followed through them.
 struct ViewReport {
@@ -17,6 +24,7 @@ struct ViewReport {
   FollowedPoint followed;
   Frames<Affine> frames;                 // the scene's hierarchy
   const std::vector<HungBoard>& boards;  // on it
+  std::optional<LineEnd> line_to = std::nullopt;
 };
 
 // If the point is seen, and else why not.

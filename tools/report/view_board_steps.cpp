@@ -3,6 +3,7 @@
 #include "report/view_steps.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/viewing/clip.hpp"
+#include "tagcal/viewing/projection.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -96,6 +97,31 @@ Json image_of_plane(const ViewReport& report, const Pose& world_from_board) {
   }
 }
 
+// The plane z = 0 of a board, its normal out of the front.
+Eigen::Vector4d plane_in_world(const Pose& world_from_board) {
+  const Matrix3d axes = world_from_board.rotation_matrix();
+  const Vector3d origin = world_from_board.translation();
+  const Eigen::Vector4d plane =
+      join(origin.homogeneous(), Vector3d(origin + axes.col(0)).homogeneous(),
+           Vector3d(origin + axes.col(1)).homogeneous());
+  return plane.head<3>().dot(axes.col(2)) < 0 ? Eigen::Vector4d(-plane) : plane;
+}
+
+// The perspective onto z = 1 m has no inverse, but its cofactors transform planes: every plane
+// becomes z = 1 m.
+Json flattened_json(const Matrix4d& camera_from_world, const Eigen::Vector4d& plane) {
+  const Matrix4d flatten = perspective_from_origin(1);
+  const Eigen::Vector4d in_camera = transformed_plane(camera_from_world, plane);
+  Json result = {{"plane_in_camera", array(in_camera)},
+                 {"cofactors_of_perspective_onto_z_1", rows(cofactor_matrix(flatten))}};
+  try {
+    result["plane_after_it"] = array(transformed_plane(flatten, in_camera));
+  } catch (const Error&) {
+    result["plane_after_it"] = "none: the plane contains the eye and becomes a line";
+  }
+  return result;
+}
+
 }  // namespace
 
 Json board_plane_steps(const ViewReport& report) {
@@ -104,8 +130,7 @@ Json board_plane_steps(const ViewReport& report) {
   const std::vector<Vector3d> corners = {world_from_board * Vector3d(0, 0, 0),
                                          world_from_board * Vector3d(1, 0, 0),
                                          world_from_board * Vector3d(0, 1, 0)};
-  const Eigen::Vector4d plane =
-      join(corners[0].homogeneous(), corners[1].homogeneous(), corners[2].homogeneous());
+  const Eigen::Vector4d plane = plane_in_world(world_from_board);
   const ViewingPipeline& p = report.pipeline;
   const Matrix4d eye_from_world = p.eye_from_camera * p.camera_from_world.matrix();
   const Vector3d eye = p.camera_from_world.inverse().translation();
@@ -113,6 +138,7 @@ Json board_plane_steps(const ViewReport& report) {
                  {"plane_in_eye", array(transformed_plane(eye_from_world, plane))}};
   if (p.volume.projection == Projection::perspective)
     result["side_seen"] = is_back_face(corners, eye) ? "back" : "front";
+  result["flattened"] = flattened_json(p.camera_from_world.matrix(), plane);
   result["line_of_sight"] = meeting_json(report, world_from_board);
   result.update(image_of_plane(report, world_from_board));
   return result;

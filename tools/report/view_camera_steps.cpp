@@ -1,7 +1,11 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "job/view_frames.hpp"
 #include "report/view_steps.hpp"
+#include "tagcal/geometry/transform.hpp"
 #include "tagcal/geometry/viewpoint.hpp"
 #include "tagcal/viewing/projection.hpp"
 
@@ -37,6 +41,19 @@ Json angles_json(const Pose& pose) {
                  {"pitch_deg", degrees(angles.pitch_rad)},
                  {"yaw_deg", degrees(angles.yaw_rad)}};
   note_lock(result, angles.gimbal_lock);
+  return result;
+}
+
+// The turns of a camera of graphics in a world with y up (our x, z, -y):
+// eye_from_world = Rz Rx Ry T(-centre).
+Json eye_turns_json(const ViewingPipeline& pipeline) {
+  const Eigen::Matrix3d r = pipeline.eye_from_camera.topLeftCorner<3, 3>() *
+                            pipeline.camera_from_world.rotation_matrix() *
+                            rotation_about_x(std::numbers::pi / 2).rotation_matrix();
+  Json result = {{"about_z_deg", degrees(std::atan2(-r(0, 1), r(1, 1)))},
+                 {"about_x_deg", degrees(std::asin(std::clamp(r(2, 1), -1.0, 1.0)))},
+                 {"about_y_deg", degrees(std::atan2(-r(2, 0), r(2, 2)))}};
+  note_lock(result, camera_angles(pipeline.camera_from_world).gimbal_lock);
   return result;
 }
 
@@ -100,6 +117,7 @@ Json camera_steps(const ViewReport& report) {
           {"look_at", look_at_json(pose, distance_m)},
           {"orbit", orbit_json(pose, distance_m)},
           {"roll_pitch_yaw", angles_json(pose)},
+          {"eye_turns_in_a_world_with_y_up", eye_turns_json(report.pipeline)},
           {"aircraft", aircraft_json(pose)},
           {"field_of_view_deg", field_of_view_json(report.pipeline.camera)},
           {"vanishing_points", vanishing_json(report.pipeline)}};

@@ -6,6 +6,7 @@
 #include <set>
 #include <string_view>
 
+#include "tagcal/geometry/transform.hpp"
 #include "tagcal/viewing/clip.hpp"
 #include "tagcal/viewing/projection.hpp"
 #include "tagcal/viewing/viewport.hpp"
@@ -37,6 +38,28 @@ Json normalising_json(const ViewVolume& volume) {
     result[name] = steps;
   }
   return result;
+}
+
+// The matrix by which five corners of the volume, no four of them in a plane, become those of NDC.
+Json five_corners_json(const ViewVolume& volume) {
+  static constexpr int kUsed[] = {0, 1, 3, 4, 6};  // near: three, far: two that are opposite
+  const std::vector<Vector3d> in_eye = corners(volume);
+  FivePoints source, target;
+  Json eye_rows = Json::array(), ndc_rows = Json::array();
+  for (std::size_t i = 0; i < std::size(kUsed); ++i) {
+    const int k = kUsed[i] % 4;  // left or right, lower or upper
+    const Vector3d ndc(k == 1 || k == 2 ? 1 : -1, k >= 2 ? 1 : -1, kUsed[i] < 4 ? -1 : 1);
+    const Vector3d& eye = in_eye[static_cast<std::size_t>(kUsed[i])];
+    source[i] = eye.homogeneous();
+    target[i] = ndc.homogeneous();
+    eye_rows.push_back(array(eye));
+    ndc_rows.push_back(array(ndc));
+  }
+  Eigen::Matrix4d map = projective_map(source, target);
+  map /= volume.projection == Projection::parallel ? map(3, 3) : -map(3, 2);
+  return {{"in_eye_m", eye_rows},
+          {"in_ndc", ndc_rows},
+          {"clip_from_eye, scaled to w = -z (parallel: 1)", rows(map)}};
 }
 
 // The depth of the point in each canonical volume, and z of the eye back from it.
@@ -96,11 +119,23 @@ Json projections_json(const Vector3d& x) {
   return result;
 }
 
-// The pixels of the points of the window in the near plane.
+Eigen::Matrix3d moved(double x, double y) {
+  Eigen::Matrix3d m = Eigen::Matrix3d::Identity();
+  m.topRightCorner<2, 1>() << x, y;
+  return m;
+}
+
+// The pixels of the points of the window in the near plane, in three steps and at once.
 Json raster_from_window(const ViewingPipeline& p) {
   const ImageSize& size = p.camera.image_size;
-  const Window pixels{-0.5, size.width - 0.5, size.height - 0.5, -0.5};
-  return rows(viewport_from_window(pixels, p.volume.window));
+  const Window pixels{-0.5, size.width - 0.5, size.height - 0.5, -0.5}, &window = p.volume.window;
+  const Vector3d scales((pixels.right - pixels.left) / (window.right - window.left),
+                        (pixels.top - pixels.bottom) / (window.top - window.bottom), 1);
+  return {
+      {"move the lower left corner to the origin", rows(moved(-window.left, -window.bottom))},
+      {"scale metres to pixels, y down", rows(Eigen::Matrix3d(scales.asDiagonal()))},
+      {"move it to the lower left corner of the image", rows(moved(pixels.left, pixels.bottom))},
+      {"product", rows(viewport_from_window(pixels, window))}};
 }
 
 bool is_matrix(const Json& value) {
@@ -157,12 +192,16 @@ Json steps_json(const ViewReport& report) {
   for (const Vector3d& corner : corners(p.volume)) corner_rows.push_back(array(corner));
   result["corners_of_volume_in_eye_m"] = corner_rows;
   result["normalising_steps"] = normalising_json(p.volume);
+  result["five_matched_corners"] = five_corners_json(p.volume);
   result["depth"] = depth_json(report);
   result["planes"] = planes_json(report);
   if (report.followed.in_ndc)
     result["line_clip"] = line_clip_json(report.followed.in_ndc->head<2>());
+  if (report.line_to) result["line_to"] = line_steps(report);
   result["projections_of_point"] = projections_json(report.followed.in_camera);
-  result["raster_from_near_window"] = raster_from_window(p);
+  const Json viewport = raster_from_window(p);
+  result["raster_from_near_window"] = viewport["product"];
+  result["window_to_viewport"] = viewport;
   result["plane_of_board"] = board_plane_steps(report);
   return result;
 }

@@ -11,10 +11,11 @@ namespace tagcal::tools {
 Json steps_json(const ViewReport& report);
 std::string steps_text(const Json& steps);
 
-// Parts of it: the camera's position and attitude in all parametrisations, and the plane of the
-// point's board, seen in the image.
+// Parts of it: the camera's position and attitude in all parametrisations, the plane of the point's
+// board, seen in the image, and the line to another point, clipped to the image and the volume.
 Json camera_steps(const ViewReport& report);
 Json board_plane_steps(const ViewReport& report);
+Json line_steps(const ViewReport& report);
 
 // The camera as OpenGL's matrices.
 Json opengl_json(const ViewReport& report);

@@ -152,7 +152,8 @@ std::string view_text(const ViewReport& report, bool steps) {
       p.clip_from_eye);
   text += matrix_text("raster_from_ndc", p.raster_from_ndc);
   text += "\n" + point_text(report);
-  return steps ? text + steps_text(steps_json(report)) : text;
+  if (steps) return text + steps_text(steps_json(report));
+  return report.line_to ? text + steps_text({{"line_to", line_steps(report)}}) : text;
 }
 
 }  // namespace tagcal::tools
