@@ -82,7 +82,7 @@ TEST_F(CliRig, APoseNeedsTheRigOfItsCameras) {
         "cam0: {camera_model: pinhole, distortion_model: none, intrinsics: [400, 400, 239.5, "
         "179.5], distortion_coeffs: [], resolution: [480, 360]}\n");
   const std::string pose = "pose " + path("rig");
-  expect_bad_input(pose + " --rig " + path("chain.yaml"), {"has no place of the camera cam0"});
+  expect_bad_input(pose + " --rig " + path("chain.yaml"), {"has no camera left, only cam0"});
   expect_bad_input(pose + " --rig a.yaml --camera b.yaml", {"--camera, --rig, --unknown-focal"});
   expect_bad_input(pose + " --camera a.yaml --pair index", {"--pair: needs --rig"});
 }

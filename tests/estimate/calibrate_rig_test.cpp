@@ -11,6 +11,7 @@
 #include "tagcal/estimate/pose.hpp"
 #include "tagcal/io/dataset_file.hpp"
 #include "tagcal/scene/rig_pairing.hpp"
+#include "tagcal/uncertainty/uncertain_camera.hpp"
 
 namespace tagcal {
 namespace {
@@ -160,6 +161,37 @@ TEST(CalibrateRig, GroupsWithoutACommonInstantAreNamed) {
   EXPECT_EQ(answer.groups, (std::vector<std::vector<std::size_t>>{{0, 1}, {2}}));
   EXPECT_TRUE(answer.cameras[1].is_connected);
   EXPECT_FALSE(answer.cameras[2].is_connected);
+}
+
+// The errors of the lenses' parameters in their standard deviations: the answer and the covariance
+// both combine each camera's own claim with what the rig adds.
+TEST(CalibrateRig, LensesAreWithinTheirClaims) {
+  double sum = 0;
+  int count = 0;
+  for (std::uint64_t seed = 100; seed < 112; ++seed) {
+    RigWorldOptions options;
+    options.num_instants = 12;
+    options.fisheyes = false;
+    const RigDataset rig = make_rig_world(seed, options);
+    const RigCalibration answer = calibrate_rig(rig);
+    ASSERT_EQ(answer.status, Status::ok) << all_sentences(answer);
+    for (std::size_t c = 0; c < 2; ++c) {
+      const UncertainCamera& camera = answer.cameras[c].camera;
+      const auto estimate = parameters(camera.camera.lens);
+      const auto truth = parameters(rig.cameras[c].data.truth->camera.lens);
+      const std::vector<double> sigmas = lens_sigmas(camera);
+      for (std::size_t i = 0; i < sigmas.size(); ++i) {
+        if (!(sigmas[i] > 0)) continue;
+        const double z = (estimate[i] - truth[i]) / sigmas[i];
+        EXPECT_LT(std::abs(z), 5) << seed << " " << i;
+        sum += z * z;
+        ++count;
+      }
+    }
+  }
+  EXPECT_GT(count, 150);
+  EXPECT_LT(sum / count, 1.4);
+  EXPECT_GT(sum / count, 0.3);
 }
 
 TEST(CalibrateRig, ViewsOfNoInstantInformTheLensOnly) {

@@ -158,8 +158,8 @@ int run_rig(const Arguments& arguments) {
     const std::string& name = rig.cameras[c].name;
     const auto of_file = std::ranges::find(file.cameras, name, &FileCamera::name);
     const CalibrationFile& known = of_file->calibration;
-    const Validation validation = validate(known.camera, lens_sigmas(uncertain_camera(known)),
-                                           data.cameras[c].data, known.camera_error_px);
+    const Validation validation =
+        validate(known.camera, known.sigmas, data.cameras[c].data, known.camera_error_px);
     const bool passes_alone = passes(validation, arguments);
     passed = passed && passes_alone;
     cameras.push_back(validation_json(validation, known.model, passes_alone));

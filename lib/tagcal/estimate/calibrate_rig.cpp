@@ -117,7 +117,7 @@ void require_answers(const RigDataset& rig, RigCalibration& answer) {
   }
 }
 
-// The state with known lenses free, by the models of their claims.
+// The state with the lenses' parameters as those of the models of their claims.
 RigState state_of_claims(const RigState& answer, const RigCalibration& rig) {
   RigState state = answer;
   for (std::size_t c = 0; c < state.cameras.size(); ++c) {
@@ -150,18 +150,50 @@ void add_scale(const RigState& state, const RigLayout& layout, MatrixXd& covaria
   covariance += by_scale * by_scale.transpose();
 }
 
-// The joint covariance of extrinsics and lenses.
-std::optional<MatrixXd> joint_covariance(const RigState& state, const RigLayout& layout,
-                                         const RigCalibration& rig, const RigOptions& options,
-                                         double strain) {
-  std::vector<MatrixXd> claims;
-  for (std::size_t c = 0; c < state.cameras.size(); ++c) {
-    const std::optional<UncertainCamera>& claim = rig.cameras[c].own.claim;
-    claims.push_back(claim && claim->model ? MatrixXd(claim->covariance) : MatrixXd());
+// What the cameras' own calibrations say of their lenses, by the models of their claims.
+std::vector<LensClaim> lens_claims(const RigState& of_claims, const RigCalibration& rig) {
+  std::vector<LensClaim> claims(of_claims.cameras.size());
+  for (std::size_t c = 0; c < claims.size(); ++c) {
+    const Calibration& own = rig.cameras[c].own;
+    if (!own.claim || !own.claim->model) continue;
+    const std::vector<double> values = of_claims.cameras[c].model->free_values(own.camera->lens);
+    claims[c] = {Eigen::VectorXd::Map(values.data(), std::ssize(values)), own.claim->covariance};
   }
-  auto covariance = options.lenses == RigLenses::fixed
-                        ? covariance_of_extrinsics(state, layout, claims, strain)
-                        : covariance_of_rig(state, layout, claims, strain);
+  return claims;
+}
+
+// Moves lenses and places by a step of the rig's parameters, then places all again under these
+// lenses.
+void move_rig(RigState& state, const RigState& of_claims, const RigLayout& layout,
+              const Eigen::VectorXd& step, const CalibrateOptions& options) {
+  for (std::size_t c = 0; c < state.cameras.size(); ++c) {
+    const Bundle& claimed = of_claims.cameras[c];
+    std::vector<double> values = claimed.free_values;
+    for (std::size_t k = 0; k < values.size(); ++k)
+      values[k] += step[layout.lens[c] + static_cast<Index>(k)];
+    if (const auto lens = claimed.model->lens(values, claimed.image_size))
+      state.cameras[c].free_values = state.cameras[c].model->free_values(*lens);
+    if (const auto at = layout.pose[c])
+      state.poses.camera_from_rig[c] =
+          retract(state.poses.camera_from_rig[c], step.segment<6>(*at));
+  }
+  solve_places(state, options);
+}
+
+// The joint covariance of extrinsics and lenses. Lenses that are estimated get the answer that is
+// the best by their claims and the rig.
+std::optional<MatrixXd> joint_covariance(RigState& state, const RigLayout& layout,
+                                         const RigCalibration& rig, const RigOptions& options) {
+  const RigState of_claims = state_of_claims(state, rig);
+  const std::vector<LensClaim> claims = lens_claims(of_claims, rig);
+  const double strain = strain_of_rig(state, layout.num_extrinsics());
+  std::optional<MatrixXd> covariance;
+  if (options.lenses == RigLenses::fixed) {
+    covariance = covariance_of_extrinsics(of_claims, layout, claims, strain);
+  } else if (const auto claim = claim_of_rig(of_claims, layout, claims, strain)) {
+    move_rig(state, of_claims, layout, claim->step, options.calibrate.front());
+    covariance = claim->covariance;
+  }
   if (covariance) add_scale(state, layout, *covariance);
   return covariance;
 }
@@ -176,17 +208,17 @@ void set_unconnected_alone(RigState& state, const RigStart& start) {
         state.set_alone(c, v);
 }
 
-void set_cameras(const RigState& state, const RigState& of_claims, const SolvedRig& solved,
-                 RigCalibration& answer) {
+void set_cameras(const RigState& state, const SolvedRig& solved, RigCalibration& answer) {
   for (std::size_t c = 0; c < state.cameras.size(); ++c) {
     const Bundle& bundle = state.cameras[c];
     UncertainCamera& camera = answer.cameras[c].camera;
     camera.camera = {bundle.lens(), bundle.image_size};
-    const Model& model = *of_claims.cameras[c].model;
-    const Index k = model.num_free();
-    answer.cameras[c].model = k > 0 ? model.name() : full_model(bundle.lens()).name();
-    if (k == 0) continue;
-    camera.model = &model;
+    answer.cameras[c].model = full_model(bundle.lens()).name();
+    const std::optional<UncertainCamera>& claim = answer.cameras[c].own.claim;
+    if (!claim || !claim->model) continue;
+    const Index k = claim->model->num_free();
+    answer.cameras[c].model = claim->model->name();
+    camera.model = claim->model;
     camera.covariance = solved.covariance.block(solved.layout.lens[c], solved.layout.lens[c], k, k);
   }
 }
@@ -245,12 +277,11 @@ RigCalibration calibrate_rig(const RigDataset& given, const RigOptions& options)
   answer.num_iterations = solution.num_iterations;
   answer.rejected_instants = solution.rejected;
 
-  const RigState of_claims = state_of_claims(state, answer);
-  SolvedRig solved{&rig, &state, start, RigLayout(of_claims, start.connected), MatrixXd()};
-  const auto covariance = joint_covariance(of_claims, solved.layout, answer, options,
-                                           strain_of_rig(state, solved.layout.num_extrinsics()));
+  SolvedRig solved{&rig, &state, start, RigLayout(state_of_claims(state, answer), start.connected),
+                   MatrixXd()};
+  const auto covariance = joint_covariance(state, solved.layout, answer, options);
   solved.covariance = covariance.value_or(MatrixXd::Zero(solved.layout.size, solved.layout.size));
-  set_cameras(state, of_claims, solved, answer);
+  set_cameras(state, solved, answer);
   report_rig(solved, answer);
   answer.covariance = solved.covariance;
   report_contradictions(rig, state, solution, answer);

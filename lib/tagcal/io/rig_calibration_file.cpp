@@ -10,6 +10,7 @@
 #include "tagcal/io/formats/tagcal_format.hpp"
 #include "tagcal/io/text/number_text.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
+#include "tagcal/uncertainty/uncertain_camera.hpp"
 
 namespace tagcal {
 using namespace internal;
@@ -26,6 +27,9 @@ FileCamera file_camera_of(const RigCameraEstimate& camera) {
   file.calibration.seen = camera.own.seen;
   if (is_answer(camera.own.status)) file.calibration.camera_error_px = camera.error_px;
   if (camera.camera.model) {
+    const HeldModels models(file.calibration.fixed, camera.camera.model->kind());
+    file.calibration.covariance = covariance_by(models.named(camera.model), camera.camera);
+    file.calibration.sigmas = lens_sigmas(camera.camera);
     file.calibration.claim_model = camera.camera.model->name();
     file.calibration.claim_covariance = camera.camera.covariance;
   }

@@ -84,6 +84,10 @@ void NeighbourCorrelation::add(std::span<const Eigen::Vector2d> pixels,
 
 bool spatially_correlated(std::span<const Eigen::Vector2d> pixels,
                           std::span<const Eigen::Vector2d> residuals) {
+  constexpr double kRoundingPx = 1e-9;  // numeric: exact pixels and poses leave 1e-11
+  const bool is_rounding = std::ranges::all_of(
+      residuals, [&](const Eigen::Vector2d& r) { return r.norm() < kRoundingPx; });
+  if (is_rounding) return false;
   NeighbourCorrelation neighbours;
   neighbours.add(pixels, residuals);
   // The correlation of noise has a standard deviation of 1 / sqrt(2 n), at most twice that where

@@ -149,14 +149,24 @@ double overdispersion_of_rig(const RigState& solved) {
   return most;
 }
 
-// The information of the first n parameters, with the rest free but for their prior.
-MatrixXd without_shape(const MatrixXd& information, const MatrixXd& prior, Index n) {
-  const Index shapes = information.cols() - n;
-  if (shapes == 0) return information;
-  const MatrixXd of_shape =
-      information.bottomRightCorner(shapes, shapes) + prior.bottomRightCorner(shapes, shapes);
-  const MatrixXd cross = information.topRightCorner(n, shapes);
-  return information.topLeftCorner(n, n) - cross * of_shape.ldlt().solve(cross.transpose()).eval();
+// Products of rows by parameters, without priors: J'J and J'r.
+struct Products {
+  MatrixXd information;
+  Eigen::VectorXd gradient;
+};
+
+// Those of the first n parameters, with the rest, the shape of the board, free but for its prior.
+Products without_shape(const BundleInformation& information, Index n) {
+  Products all{information.data(), Eigen::VectorXd::Zero(information.prior.rows())};
+  for (const ViewInformation& view : information.views) all.gradient += view.gradient;
+  const Index shapes = all.information.cols() - n;
+  if (shapes == 0) return all;
+  const Eigen::LDLT<MatrixXd> of_shape(all.information.bottomRightCorner(shapes, shapes) +
+                                       information.prior.bottomRightCorner(shapes, shapes));
+  const MatrixXd cross = all.information.topRightCorner(n, shapes);
+  return {all.information.topLeftCorner(n, n) - cross * of_shape.solve(cross.transpose()).eval(),
+          all.gradient.head(n) - cross * of_shape.solve(all.gradient.tail(shapes) +
+                                                        information.prior_gradient.tail(shapes))};
 }
 
 // A root R of the positive part R R' of a symmetric matrix, in units of the roots of the diagonal
@@ -187,42 +197,53 @@ RigLayout::RigLayout(const RigState& state, const Connected& connected) {
   }
 }
 
-// A claim may be singular, if the lens is one of a smaller model: the lens is R_c z, with
-// R_c R_c' = claim_c, and z has the information I before the rig.
-std::optional<MatrixXd> covariance_of_rig(const RigState& solved, const RigLayout& layout,
-                                          const std::vector<MatrixXd>& claims, double strain) {
+// A claim may be singular, if the lens is one of a smaller model: the lens is a_c + R_c z, with
+// R_c R_c' = K_c, and z has the information I before the rig.
+std::optional<RigClaim> claim_of_rig(const RigState& solved, const RigLayout& layout,
+                                     const std::vector<LensClaim>& claims, double strain) {
   const auto information = rig_information(solved, layout);
   if (!information) return std::nullopt;
   const auto spread = covariance_of(*information, 1, 1, overdispersion_of_rig(solved));
   if (!spread) return std::nullopt;
-  const MatrixXd all = without_shape(information->data(), information->prior, layout.size);
-  const Index extrinsics = layout.num_extrinsics();
-  MatrixXd more = all, by_z = MatrixXd::Identity(layout.size, layout.size);
+  const double phi = std::max(spread->overdispersion, strain);
+  const Products all = without_shape(*information, layout.size);
+  Products more = all;
+  MatrixXd by_z = MatrixXd::Identity(layout.size, layout.size);
+  Eigen::VectorXd to_answer = Eigen::VectorXd::Zero(layout.size);
   for (std::size_t c = 0; c < solved.cameras.size(); ++c) {
-    const Index k = solved.cameras[c].model->num_free(), at = layout.lens[c];
-    const auto own = bundle_information(solved.cameras[c]);
+    const Bundle& camera = solved.cameras[c];
+    const Index k = camera.model->num_free(), at = layout.lens[c];
+    const auto own = bundle_information(camera);
     if (!own) return std::nullopt;
-    more.block(at, at, k, k) -= without_shape(own->data(), own->prior, k);
-    by_z.block(at, at, k, k) = root_of(claims[c], claims[c]);
+    const Products of_own = without_shape(*own, k);
+    more.information.block(at, at, k, k) -= of_own.information;
+    more.gradient.segment(at, k) -= of_own.gradient;
+    by_z.block(at, at, k, k) = root_of(claims[c].covariance, claims[c].covariance);
+    to_answer.segment(at, k) =
+        claims[c].answer - Eigen::VectorXd::Map(camera.free_values.data(), k);
   }
-  const MatrixXd root = by_z.transpose() * root_of(more, all);
-  MatrixXd total = root * root.transpose() / std::max(spread->overdispersion, strain);
+  const MatrixXd root = root_of(more.information, all.information);
+  const MatrixXd root_by_z = by_z.transpose() * root;
+  const Index extrinsics = layout.num_extrinsics();
+  MatrixXd total = root_by_z * root_by_z.transpose() / phi;
   total.diagonal().tail(layout.size - extrinsics).array() += 1;
   // So little that only what is not determined gets its variance from it.
   total.diagonal().head(extrinsics) +=
-      1e-12 * all.diagonal().head(extrinsics);  // numeric: see above
+      1e-12 * all.information.diagonal().head(extrinsics);  // numeric: see above
   const auto covariance = exact_inverse(total);
   if (!covariance) return std::nullopt;
-  return MatrixXd(by_z * *covariance * by_z.transpose());
+  const Eigen::VectorXd gradient = root * (root.transpose() * to_answer) + more.gradient;
+  const Eigen::VectorXd z = -*covariance * (by_z.transpose() * gradient) / phi;
+  return RigClaim{to_answer + by_z * z, by_z * *covariance * by_z.transpose()};
 }
 
 std::optional<MatrixXd> covariance_of_extrinsics(const RigState& solved, const RigLayout& layout,
-                                                 const std::vector<MatrixXd>& claims,
+                                                 const std::vector<LensClaim>& claims,
                                                  double strain) {
   auto information = rig_information(solved, layout);
   const Index n = layout.num_extrinsics();
   if (!information || n == 0) return std::nullopt;
-  const MatrixXd all = without_shape(information->data(), information->prior, layout.size);
+  const MatrixXd all = without_shape(*information, layout.size).information;
   const auto of_extrinsics = exact_inverse(all.topLeftCorner(n, n));
   if (!of_extrinsics) return std::nullopt;
   for (ViewInformation& sample : information->views) {
@@ -236,11 +257,11 @@ std::optional<MatrixXd> covariance_of_extrinsics(const RigState& solved, const R
   MatrixXd covariance = MatrixXd::Zero(layout.size, layout.size);
   covariance.topLeftCorner(n, n) = std::max(spread->overdispersion, strain) * *of_extrinsics;
   for (std::size_t c = 0; c < solved.cameras.size(); ++c) {
-    const Index k = claims[c].cols();
+    const Index k = claims[c].covariance.cols();
     MatrixXd response = MatrixXd::Zero(layout.size, k);
     response.middleRows(layout.lens[c], k).setIdentity();
     response.topRows(n) = -*of_extrinsics * all.block(0, layout.lens[c], n, k);
-    covariance += response * claims[c] * response.transpose();
+    covariance += response * claims[c].covariance * response.transpose();
   }
   return covariance;
 }

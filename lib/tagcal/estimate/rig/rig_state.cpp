@@ -39,22 +39,28 @@ ViewProblem problem_of(const View& seen, std::size_t index,
   return problem;
 }
 
+// Models with all parameters of a lens held.
+std::shared_ptr<const HeldModels> models_of(const Lens& lens) {
+  const LensKind& kind = kind_of(lens);
+  std::map<std::string, double> values;
+  for (std::size_t k = 0; k < kind.parameters.size(); ++k)
+    values[std::string(kind.parameters[k].name)] = parameters(lens)[k];
+  return std::make_shared<const HeldModels>(values, kind);
+}
+
 // The model of the bundle: the one that carries the claim of the own calibration, because other
 // views than those that chose the smaller model of the answer may need more; or one that holds the
 // whole lens.
 const Model& model_in_rig(const Calibration& own, RigLenses lenses, RigState& state) {
-  const Lens& lens = own.camera->lens;
-  const LensKind& kind = kind_of(lens);
+  const LensKind& kind = kind_of(own.camera->lens);
+  if (lenses == RigLenses::fixed) {
+    state.held.push_back(models_of(own.camera->lens));
+    return state.held.back()->of(kind, ModelRole::largest);
+  }
   const std::string model(own.claim && own.claim->model ? own.claim->model->name() : own.model);
-  std::map<std::string, double> values = own.fixed;
-  if (lenses == RigLenses::fixed)
-    for (std::size_t k = 0; k < kind.parameters.size(); ++k)
-      values[std::string(kind.parameters[k].name)] = parameters(lens)[k];
-  else if (values.empty())
-    return Model::named(model);
-  state.held.push_back(std::make_shared<const HeldModels>(values, kind));
-  return lenses == RigLenses::fixed ? state.held.back()->of(kind, ModelRole::largest)
-                                    : state.held.back()->named(model);
+  if (own.fixed.empty()) return Model::named(model);
+  state.held.push_back(std::make_shared<const HeldModels>(own.fixed, kind));
+  return state.held.back()->named(model);
 }
 
 Bundle bundle_of(const Dataset& data, const Calibration& own, const Model& model) {
@@ -201,6 +207,23 @@ RigState rig_state(const PlacedViews& rig, const std::vector<Calibration>& own, 
     state.poses.links.push_back(std::move(links));
   }
   return state;
+}
+
+void solve_places(RigState& state, const CalibrateOptions& options) {
+  std::vector<Bundle> cameras = state.cameras;
+  std::vector<std::shared_ptr<const HeldModels>> held;
+  for (Bundle& camera : cameras) {
+    held.push_back(models_of(camera.lens()));
+    camera.model = &held.back()->of(kind_of(camera.lens()), ModelRole::largest);
+    camera.free_values.clear();
+  }
+  solve(cameras, state.poses, options.max_iterations, options.num_threads);
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    Bundle& camera = state.cameras[c];
+    camera.camera_from_target = std::move(cameras[c].camera_from_target);
+    camera.row_terms = std::move(cameras[c].row_terms);
+    camera.shape = cameras[c].shape;
+  }
 }
 
 void update_own_poses(RigState& state) {

@@ -69,6 +69,9 @@ void update_own_poses(RigState& state);
 // not tell it: of one checkerboard or grid of circles.
 std::optional<Pose> half_turn_of(const std::vector<PlacedBoard>& boards);
 
+// Solves the bundle with the lenses held.
+void solve_places(RigState& state, const CalibrateOptions& options);
+
 // Exchanges the points of a view by the half turn.
 void turn_view(RigState& state, std::size_t camera, std::size_t view, const Pose& half_turn);
 

@@ -7,6 +7,7 @@
 #include "tagcal/io/formats/number_format.hpp"
 #include "tagcal/io/formats/opencv_camera.hpp"
 #include "tagcal/io/formats/opencv_format.hpp"
+#include "tagcal/io/formats/uncertainty_keys.hpp"
 #include "tagcal/io/text/limits.hpp"
 #include "tagcal/io/text/number_text.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
@@ -182,6 +183,7 @@ CameraFile read_rig_cameras(const YamlValue& top) {
     camera.name = item.at("name").text();
     if (!names.insert(camera.name).second) item.at("name").fail("must differ between cameras");
     camera.calibration = read_opencv_camera(item, {}, file.notes);
+    read_uncertainty(item, camera.calibration);
     if (const auto pose = item.find("camera_from_rig")) camera.camera_from_rig = read_pose(*pose);
     file.cameras.push_back(std::move(camera));
   }
