@@ -59,6 +59,13 @@ run("configure" ${CMAKE_COMMAND} -G Ninja -S ${CONSUMER} -B ${build}
     -D CMAKE_PREFIX_PATH=${prefix} -D TAGCAL_INCLUDE=${prefix}/include
     -D CMAKE_CXX_COMPILER=${COMPILER} -D CMAKE_CXX_FLAGS=${FLAGS} -D CONSUMER_OPTIONS=${options})
 run("build" ${CMAKE_COMMAND} --build ${build} -j 2)
+find_program(READELF readelf)
+if(READELF)
+  run("readelf" ${READELF} -d ${build}/calibrate)
+  if(output MATCHES "gflags|metis|atlas|f77blas")
+    message(FATAL_ERROR "a program that links tagcal needs libraries of Ceres: ${output}")
+  endif()
+endif()
 
 set(number "([-0-9.e]+)")
 check_program(tag_pose README.md "tag in camera \\[m\\]: +${number} +${number} +${number}")

@@ -73,8 +73,10 @@ py::array_t<double> real_array(py::handle argument, const char* name) {
 void read_matrix(py::handle argument, const char* name, std::span<double> row_major, int rows,
                  int columns) {
   const py::array_t<double> array = real_array(argument, name);
+  const bool is_vector =  // OpenCV returns columns and rows
+      array.ndim() == 1 || (array.ndim() == 2 && (array.shape(0) == 1 || array.shape(1) == 1));
   const bool fits = columns == 0
-                        ? array.ndim() == 1 && array.shape(0) == rows
+                        ? is_vector && array.size() == rows
                         : array.ndim() == 2 && array.shape(0) == rows && array.shape(1) == columns;
   if (!fits)
     throw_shape(name,

@@ -30,7 +30,8 @@ using OutputArray = Argument<"OutputArray">;
 // An array of float64, contiguous and aligned, of a real dtype before. `name`: of the argument.
 py::array_t<double> real_array(py::handle argument, const char* name);
 
-// A fixed matrix or vector of finite numbers, such as a pose or a point.
+// A fixed matrix or vector of finite numbers, such as a pose or a point. A vector may be a row or a
+// column.
 void read_matrix(py::handle argument, const char* name, std::span<double> row_major, int rows,
                  int columns);  // columns 0: a vector
 Eigen::Vector2d vector2(py::handle argument, const char* name);

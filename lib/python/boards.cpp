@@ -181,15 +181,7 @@ void bind_placed_board(py::module_& m) {
       .def(py::init([](const Board& board, const PoseLike& world_from_board) {
              return PlacedBoard{board, pose_of(world_from_board, "world_from_board")};
            }),
-           py::arg("board"), py::arg("world_from_board"))
-      .def(py::pickle(
-          [](const PlacedBoard& placed) {
-            return py::make_tuple(placed.board, placed.world_from_board);
-          },
-          [](const py::tuple& state) {
-            if (state.size() != 2) throw Error("not the state of a placed board");
-            return PlacedBoard{py::cast<Board>(state[0]), py::cast<Pose>(state[1])};
-          }));
+           py::arg("board"), py::arg("world_from_board"));
 }
 
 }  // namespace

@@ -91,12 +91,13 @@ constexpr const char* kDocumentation =
 
 // `calibrate` with these arguments before the options.
 template <typename Function, typename... Arguments>
-void define(py::module_& m, const Function& function, const Arguments&... arguments) {
+void define(py::module_& m, const char* documentation, const Function& function,
+            const Arguments&... arguments) {
   m.def("calibrate", function, arguments..., py::arg("model") = "auto", py::kw_only(),
         py::arg("sigma_px") = 0.0, py::arg("reject_outliers") = true, py::arg("start") = py::none(),
         py::arg("start_focal_px") = 0.0, py::arg("fixed") = Fixed(), py::arg("tolerance_px") = 0.0,
         py::arg("board_warp") = false, py::arg("max_iterations") = 100, py::arg("threads") = 1,
-        py::arg("distances_m") = Distances(), kDocumentation);
+        py::arg("distances_m") = Distances(), documentation);
 }
 
 using Start = std::optional<Camera>;
@@ -108,11 +109,11 @@ void bind_calibrate(py::module_& m) {
   bind_uncertain_camera(m);
   bind_calibration_parts(m);
   bind_calibration(m);
-  define(m,
+  define(m, kDocumentation,
          &of_dataset<std::string, double, bool, Start, double, Fixed, double, bool, int, int,
                      Distances>,
          py::arg("dataset"));
-  define(m,
+  define(m, "The same of lists as cv2.calibrateCamera takes them.",
          &of_points<std::string, double, bool, Start, double, Fixed, double, bool, int, int,
                     Distances>,
          py::arg("object_points"), py::arg("image_points"), py::arg("size"));

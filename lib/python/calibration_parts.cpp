@@ -4,6 +4,7 @@
 
 #include "python/calibration.hpp"
 #include "python/records.hpp"
+#include "python/sentences.hpp"
 
 // Binds the parts of a Calibration.
 
@@ -85,8 +86,9 @@ void bind_step(py::module_& m) {
              "seen region, less a motion of the camera. None if the two were not compared.")
       .field("weight", &ModelStep::weight, "In the claim.")
       .field("taken", &ModelStep::taken, "The answer, or a fit that the answer started from.")
-      .field("sentence", &ModelStep::sentence, "The reason.")
-      .representation([](const ModelStep& s) { return s.model + ": " + s.sentence; });
+      .field(
+          "sentence", [](const ModelStep& s) { return in_python(s.sentence); }, "The reason.")
+      .representation([](const ModelStep& s) { return s.model + ": " + in_python(s.sentence); });
 }
 
 void bind_checks(py::module_& m) {
@@ -131,10 +133,11 @@ void bind_checks(py::module_& m) {
              "The one with the largest effect on the projection.")
       .field("sigma_px", &WeakDirection::sigma_px,
              "Its effect on the projection at infinity, RMS over the seen region.")
-      .field("sentence", &WeakDirection::sentence,
-             "The parameters that are correlated, and a remedy.")
+      .field(
+          "sentence", [](const WeakDirection& w) { return in_python(w.sentence); },
+          "The parameters that are correlated, and a remedy.")
       .representation([](const WeakDirection& w) {
-        return w.parameter + " " + number(w.sigma_px, 3) + " px: " + w.sentence;
+        return w.parameter + " " + number(w.sigma_px, 3) + " px: " + in_python(w.sentence);
       });
   Record<CalibrateSeconds>(m, "CalibrateSeconds", "Wall-clock times, seconds.")
       .field("start", &CalibrateSeconds::start, "Closed form and robust search.")

@@ -43,9 +43,13 @@ template <typename Lens>
 Camera camera_with_distortion(double fx, double fy, double cx, double cy, const ArrayLike& size,
                               const ArrayLike& distortion) {
   typename Lens::Parameters parameters{fx, fy, cx, cy};
+  if (distortion.is_none()) return {Lens(parameters), size_of_argument(size, "size")};
   const py::array_t<double> coefficients = real_array(distortion, "distortion");
+  const bool is_list =
+      coefficients.ndim() == 1 ||  // OpenCV returns (1, N) or (N, 1)
+      (coefficients.ndim() == 2 && (coefficients.shape(0) == 1 || coefficients.shape(1) == 1));
   constexpr py::ssize_t kMost = Lens::kNumParameters - 4;
-  if (coefficients.ndim() != 1 || coefficients.size() > kMost)
+  if (!is_list || coefficients.size() > kMost)
     throw Error("distortion: must be a list of at most " + std::to_string(kMost) + " numbers");
   std::copy_n(coefficients.data(), coefficients.size(), parameters.begin() + 4);
   return {Lens(parameters), size_of_argument(size, "size")};
@@ -65,10 +69,8 @@ Camera camera_from_matrix(const ArrayLike& matrix, const ArrayLike& size,
   const Eigen::Matrix3d k = matrix3(matrix, "matrix");
   if (k(0, 1) != 0 || k(1, 0) != 0 || k.row(2) != Eigen::RowVector3d(0, 0, 1))
     throw Error("matrix: must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]");
-  py::object flat = distortion;  // OpenCV returns (1, N) or (N, 1)
-  if (py::hasattr(flat, "ravel")) flat = flat.attr("ravel")();
   const auto make = fisheye ? camera_with_distortion<Fisheye> : camera_with_distortion<Perspective>;
-  return make(k(0, 0), k(1, 1), k(0, 2), k(1, 2), size, py::reinterpret_borrow<ArrayLike>(flat));
+  return make(k(0, 0), k(1, 1), k(0, 2), k(1, 2), size, distortion);
 }
 
 Camera double_sphere_camera(double fx, double fy, double cx, double cy, const ArrayLike& size,
@@ -161,6 +163,16 @@ Directions unproject_pixels(const Camera& camera, const ArrayLike& pixels) {
   return rays_of_pixels(camera, pixels).second;
 }
 
+std::variant<bool, py::array_t<bool>> pixels_in_image(const Camera& camera,
+                                                      const ArrayLike& pixels) {
+  const Rows2 rows(pixels, "pixels", Rows2::Check::none);
+  if (rows.is_single()) return contains(camera.image_size, rows[0]);
+  py::array_t<bool> inside(static_cast<py::ssize_t>(rows.size()));
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    inside.mutable_data()[i] = contains(camera.image_size, rows[i]);
+  return inside;
+}
+
 // The free parameters of a model, or all of the lens.
 std::vector<FreeParameter> free_parameters(const Camera& camera,
                                            const std::optional<std::string>& model) {
@@ -213,7 +225,6 @@ std::string representation(const Camera& camera) {
 }
 
 void define_constructors(py::class_<Camera>& camera) {
-  const py::tuple none;
   camera
       .def(py::init([](const py::args&, const py::kwargs&) -> Camera {
              throw Error(
@@ -226,11 +237,11 @@ void define_constructors(py::class_<Camera>& camera) {
                   "A pinhole without distortion. Focal lengths and principal point are pixels; "
                   "`size` is (width, height).")
       .def_static("perspective", &camera_with_distortion<Perspective>, py::arg("fx"), py::arg("fy"),
-                  py::arg("cx"), py::arg("cy"), py::arg("size"), py::arg("distortion") = none,
+                  py::arg("cx"), py::arg("cy"), py::arg("size"), py::arg("distortion") = py::none(),
                   "A pinhole with Brown-Conrady distortion, polynomial or rational: k1, k2, p1, "
                   "p2, k3, k4, k5, k6, as many as there are.")
       .def_static("fisheye", &camera_with_distortion<Fisheye>, py::arg("fx"), py::arg("fy"),
-                  py::arg("cx"), py::arg("cy"), py::arg("size"), py::arg("distortion") = none,
+                  py::arg("cx"), py::arg("cy"), py::arg("size"), py::arg("distortion") = py::none(),
                   "An equidistant fisheye (Kannala-Brandt): k1, k2, k3, k4.")
       .def_static("double_sphere", &double_sphere_camera, py::arg("fx"), py::arg("fy"),
                   py::arg("cx"), py::arg("cy"), py::arg("size"), py::arg("xi"), py::arg("alpha"),
@@ -244,7 +255,7 @@ void define_constructors(py::class_<Camera>& camera) {
                   "A parallel projection with scales in pixels per metre; ox and oy make it "
                   "oblique, metres per metre of depth.")
       .def_static("from_matrix", &camera_from_matrix, py::arg("matrix"), py::arg("size"),
-                  py::arg("distortion") = none, py::arg("fisheye") = false,
+                  py::arg("distortion") = py::none(), py::arg("fisheye") = false,
                   "From OpenCV's camera matrix (3, 3) and distortion coefficients.");
 }
 
@@ -320,12 +331,10 @@ void define_projection(py::class_<Camera>& camera) {
            "Pixels (N, 2), their derivatives by a step (omega rad, tau m) of the pose, R <- "
            "exp(omega) R, t <- t + tau, (N, 2, 6), and by the free parameters of a model (by "
            "default: all of the lens) (N, 2, K).")
-      .def(
-          "contains",
-          [](const Camera& c, const ArrayLike& pixel) {
-            return contains(c.image_size, vector2(pixel, "pixel"));
-          },
-          py::arg("pixel"), "True if the pixel (2,) lies in the image.")
+      .def("contains", &pixels_in_image, py::arg("pixels"),
+           "True for each of the pixels (N, 2) that lies in the image, an array (N,); one pixel "
+           "(2,) "
+           "gives a bool. `unproject` takes pixels outside of the image, too.")
       .def(
           "field_of_view_rad",
           [](const Camera& c) {

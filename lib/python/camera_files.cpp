@@ -21,6 +21,9 @@
 // Files of cameras, of tagcal and of other programs.
 
 namespace tagcal::python {
+
+template <>
+inline constexpr bool kHasNoState<CameraFormat> = true;  // a row of a table
 namespace {
 
 namespace fs = std::filesystem;

@@ -51,6 +51,16 @@ struct DetectedViews {
   std::vector<std::string> warnings;  // of all pictures together first, then of each
 };
 
+}  // namespace
+
+template <>
+inline constexpr auto kMembers<DetectedView> = std::tuple(&View::image, &View::observations,
+                                                          &DetectedView::unfitted,
+                                                          &DetectedView::warnings,
+                                                          &DetectedView::unreadable);
+
+namespace {
+
 // The boards of a target that can be searched for.
 std::vector<PlacedBoard> detectable_boards(const TargetLike& target) {
   std::vector<PlacedBoard> boards = boards_of(target, "target");
@@ -139,24 +149,6 @@ std::string warnings_count(std::size_t count) {
   return count == 0 ? "" : ", " + std::to_string(count) + (count == 1 ? " warning" : " warnings");
 }
 
-// For pickle, which would else store the View in it alone.
-py::tuple state_of(const DetectedView& view) {
-  py::list unfitted;
-  for (const UnfittedTag& tag : view.unfitted)
-    unfitted.append(py::make_tuple(tag.id, corners_array(tag.corners)));
-  return py::make_tuple(View(view), unfitted, view.warnings, view.unreadable);
-}
-
-DetectedView view_from_state(const py::tuple& state) {
-  if (state.size() != 4) throw Error("not the state of a view");
-  DetectedView view{py::cast<View>(state[0]), {}, {}, {}};
-  for (const py::handle& tag : py::cast<py::list>(state[1]))
-    view.unfitted.push_back({py::cast<int>(tag[py::int_(0)]), corners_of(tag[py::int_(1)])});
-  view.warnings = py::cast<std::vector<std::string>>(state[2]);
-  view.unreadable = py::cast<std::string>(state[3]);
-  return view;
-}
-
 void bind_views(py::module_& m) {
   Record<UnfittedTag>(m, "UnfittedTag",
                       "A tag that was read but is not reported: its pattern could not be fitted.")
@@ -179,10 +171,11 @@ void bind_views(py::module_& m) {
         if (!v.unreadable.empty()) return v.unreadable;
         return "\"" + v.image + "\" " + std::to_string(v.observations.size()) + " corners" +
                warnings_count(v.warnings.size());
-      })
-      .def(py::pickle(&state_of, &view_from_state));
-  py::class_<DetectedViews>(m, "DetectedViews", "A sequence of DetectedView, and all warnings.")
-      .def_readonly("views", &DetectedViews::views, "A DetectedView for each picture.")
+      });
+  py::class_<DetectedViews> views(m, "DetectedViews",
+                                  "A sequence of DetectedView, and all warnings.");
+  define_pickle<DetectedViews>(views);
+  views.def_readonly("views", &DetectedViews::views, "A DetectedView for each picture.")
       .def_readonly("warnings", &DetectedViews::warnings,
                     "Those about all pictures, then those of each, which begin with its name.")
       .def("__len__", [](const DetectedViews& all) { return all.views.size(); })

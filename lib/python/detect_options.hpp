@@ -15,9 +15,8 @@ namespace tagcal::python {
 DetectOptions detect_options(const std::optional<Camera>& camera, const std::string& refinement,
                              int max_hamming, int threads);
 
-// The four corners of a tag as an array (4, 2) and back; their centre as text.
+// The four corners of a tag as an array (4, 2); their centre as text.
 py::array_t<double> corners_array(const std::array<Eigen::Vector2d, 4>& corners);
-std::array<Eigen::Vector2d, 4> corners_of(const py::handle& array);
 std::string centre_text(const std::array<Eigen::Vector2d, 4>& corners);
 
 // Parts of bind_detect.

@@ -13,14 +13,12 @@
 
 namespace tagcal::python {
 
+template <>
+inline constexpr auto kMembers<DetectedTag> = std::tuple(&DetectedTag::id, &DetectedTag::corners,
+                                                         &DetectedTag::covariance_px2);
+
 py::array_t<double> corners_array(const std::array<Eigen::Vector2d, 4>& corners) {
   return array_of(std::span<const Eigen::Vector2d>(corners));
-}
-
-std::array<Eigen::Vector2d, 4> corners_of(const py::handle& array) {
-  const Rows2 rows(array, "corners");
-  if (rows.size() != 4) throw Error("corners: must have the shape (4, 2)");
-  return {rows[0], rows[1], rows[2], rows[3]};
 }
 
 std::string centre_text(const std::array<Eigen::Vector2d, 4>& corners) {
@@ -52,22 +50,6 @@ std::optional<py::array_t<double>> corner_covariances(const DetectedTag& tag) {
   return array;
 }
 
-py::tuple tag_state(const DetectedTag& tag) {
-  std::optional<Eigen::MatrixXd> covariance;
-  if (tag.covariance_px2) covariance = *tag.covariance_px2;
-  return py::make_tuple(tag.id, corners_array(tag.corners), covariance);
-}
-
-DetectedTag tag_from_state(const py::tuple& state) {
-  if (state.size() != 3) throw Error("not the state of a tag");
-  DetectedTag tag{py::cast<int>(state[0]), corners_of(state[1]), {}};
-  if (state[2].is_none()) return tag;
-  const auto covariance = py::cast<Eigen::MatrixXd>(state[2]);
-  if (covariance.rows() != 8 || covariance.cols() != 8) throw Error("not the state of a tag");
-  tag.covariance_px2 = covariance;
-  return tag;
-}
-
 void bind_detected_tag(py::module_& m) {
   Record<DetectedTag>(m, "DetectedTag", "A tag in a picture, which may be on no known board.")
       .field("id", &DetectedTag::id, "Its id in the family.")
@@ -85,8 +67,7 @@ void bind_detected_tag(py::module_& m) {
         return std::to_string(tag.id) + " at " + centre_text(tag.corners);
       })
       .def_property_readonly("covariances", &corner_covariances,
-                             "(4, 2, 2), px^2, of each corner; None as `covariance`.")
-      .def(py::pickle(&tag_state, &tag_from_state));
+                             "(4, 2, 2), px^2, of each corner; None as `covariance`.");
 }
 
 }  // namespace

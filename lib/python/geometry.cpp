@@ -46,8 +46,9 @@ namespace {
 Pose pose_from_parts(const ArrayLike& rotation, const ArrayLike& translation) {
   const py::array_t<double> array = real_array(rotation, "rotation");
   const Eigen::Vector3d t = vector3(translation, "translation");
-  if (array.ndim() == 2) return {rotation_from_matrix(matrix3(array, "rotation"), "rotation"), t};
-  if (array.ndim() == 1 && array.shape(0) == 3) {
+  if (array.ndim() == 2 && array.size() == 9)
+    return {rotation_from_matrix(matrix3(array, "rotation"), "rotation"), t};
+  if (array.size() == 3) {
     const Eigen::Vector3d v = vector3(array, "rotation");
     return {exp_rotation(v), t};
   }
@@ -97,10 +98,12 @@ void bind_geometry(py::module_& m) {
                    "Poses compose by `@`: camera_from_board = camera_from_world @ "
                    "world_from_board. Lengths are metres.")
       .def(py::init<>(), "The identity.")
+      .def(py::init([](const PoseLike& matrix) { return pose_of(matrix, "matrix"); }),
+           py::arg("matrix"), "From a matrix (4, 4), as `from_matrix`, or a Pose.")
       .def(py::init(&pose_from_parts), py::arg("rotation"), py::arg("translation"),
            "From a rotation, given as a matrix (3, 3), a quaternion (4,) in the order w, x, y, z, "
            "or a rotation vector (3,) in radians, and the origin of the source frame in the "
-           "target frame (3,).")
+           "target frame (3,): rvec and tvec of OpenCV, rows or columns.")
       .def_static(
           "from_matrix", [](const ArrayLike& matrix) { return pose_of(matrix, "matrix"); },
           py::arg("matrix"), "From a matrix (4, 4) for homogeneous column vectors.")
@@ -133,10 +136,16 @@ void bind_geometry(py::module_& m) {
       .def("transform", &transformed, py::arg("points"),
            "Points (N, 3) or (3,) of the source frame in the target frame.")
       .def(
-          "angle_to", [](const Pose& a, const Pose& b) { return angle_between_rad(a, b); },
+          "angle_to",
+          [](const Pose& a, const PoseLike& b) {
+            return angle_between_rad(a, pose_of(b, "other"));
+          },
           py::arg("other"), "The angle of the rotation between two poses, radians, in [0, pi].")
       .def(
-          "distance_to", [](const Pose& a, const Pose& b) { return distance_between_m(a, b); },
+          "distance_to",
+          [](const Pose& a, const PoseLike& b) {
+            return distance_between_m(a, pose_of(b, "other"));
+          },
           py::arg("other"), "The distance between the translations of two poses, metres.")
       .def(
           "to_dict",

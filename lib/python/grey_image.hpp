@@ -11,12 +11,13 @@
 
 namespace tagcal::python {
 
-// A picture: an array (height, width) of uint8 or uint16, or the path of a file.
+// A picture: an array (height, width) of uint8 or uint16, or (height, width, 3 or 4) of colours in
+// any order, or the path of a file.
 using ImageLike = Argument<"ImageLike">;
 
 // A picture to be searched, of 8 bits: an array of uint8 in place; one of uint16 as read_image
-// scales it; the path of a file as read_image reads it. Throws Error with the argument's name for
-// anything else.
+// scales it; colours as grey; the path of a file as read_image reads it. Throws Error with the
+// argument's name for anything else.
 class GreyImage {
  public:
   // Needs the GIL, as the destructor does.

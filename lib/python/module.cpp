@@ -1,9 +1,11 @@
 #include <pybind11/pybind11.h>
 
 #include <exception>
-#include <string_view>
+#include <string>
 
 #include "python/bindings.hpp"
+#include "python/calls.hpp"
+#include "python/sentences.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/version.hpp"
 
@@ -22,7 +24,7 @@ void define_error(py::module_& m) {
     try {
       if (pointer) std::rethrow_exception(pointer);
     } catch (const tagcal::Error& e) {
-      const std::string_view text = e.what();
+      const std::string text = tagcal::python::in_python(e.what());
       const auto message = py::reinterpret_steal<py::object>(PyUnicode_DecodeUTF8(
           text.data(), static_cast<py::ssize_t>(text.size()), "backslashreplace"));
       PyErr_SetObject(error, message.ptr());
@@ -59,4 +61,12 @@ PYBIND11_MODULE(_core, m) {
     if (py::cast<std::string>(name).front() != '_') names.append(name);
   m.attr("__all__") = names;
   m.attr("__name__") = "tagcal._core";
+  // `help(tagcal)` prints the classes of the module "tagcal" in full, thousands of lines; theirs is
+  // _core, and the package lists them.
+  for (const py::handle& name : names)
+    if (const py::object value = m.attr(name);
+        PyType_Check(value.ptr()) && !value.is(m.attr("Error")))
+      value.attr("__module__") = "tagcal._core";
+  m.def("_in_python", py::overload_cast<std::string_view>(&in_python), py::arg("sentence"));
+  explain_wrong_calls(m);
 }

@@ -14,6 +14,7 @@
 #include "python/findings.hpp"
 #include "python/geometry.hpp"
 #include "python/records.hpp"
+#include "python/sentences.hpp"
 #include "python/uncertain_camera.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/internal/parallel.hpp"
@@ -23,7 +24,7 @@ namespace tagcal::python {
 std::string refusal(Status status, const std::vector<Finding>& findings) {
   std::string text = "no answer: " + std::string(status_name(status));
   for (const Finding& finding : findings)
-    if (finding.severity == Severity::refusal) return text + ": " + finding.sentence;
+    if (finding.severity == Severity::refusal) return text + ": " + in_python(finding.sentence);
   return text;
 }
 
@@ -218,9 +219,11 @@ void bind_results(py::module_& m) {
       .field(
           "severity", [](const Finding& f) { return std::string(severity_name(f.severity)); },
           "\"note\", \"warning\" or \"refusal\".")
-      .field("sentence", &Finding::sentence, "What was found, what it means, what to do.")
+      .field(
+          "sentence", [](const Finding& f) { return in_python(f.sentence); },
+          "What was found, what it means, what to do.")
       .representation([](const Finding& f) {
-        return std::string(severity_name(f.severity)) + " " + f.code + ": " + f.sentence;
+        return std::string(severity_name(f.severity)) + " " + f.code + ": " + in_python(f.sentence);
       });
   Record<PoseHypothesis>(m, "PoseHypothesis", "One pose that fits, with its covariance.")
       .field("camera_from_target", &PoseHypothesis::camera_from_target, "The pose.")
@@ -268,9 +271,10 @@ void bind_estimates(py::module_& m) {
           "(7, 7), of (omega rad, tau m, log f) of the likeliest hypothesis.");
   add_common_fields(focal);
 
-  py::class_<PoseEstimates>(m, "PoseEstimates",
-                            "The poses of many targets: a sequence of PoseEstimate, and arrays.")
-      .def("__len__", [](const PoseEstimates& all) { return all.estimates.size(); })
+  py::class_<PoseEstimates> many(
+      m, "PoseEstimates", "The poses of many targets: a sequence of PoseEstimate, and arrays.");
+  define_pickle<PoseEstimates>(many);
+  many.def("__len__", [](const PoseEstimates& all) { return all.estimates.size(); })
       .def(
           "__getitem__",
           [](const PoseEstimates& all, py::ssize_t i) {

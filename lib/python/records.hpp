@@ -5,7 +5,9 @@
 #include <string>
 #include <utility>
 
-// Classes of results: read-only fields, `to_dict()`, and a representation that reads well.
+#include "python/state.hpp"
+
+// Classes of results: read-only fields, `to_dict()`, pickle, and a representation that reads well.
 
 namespace tagcal::python {
 
@@ -14,6 +16,10 @@ namespace py = pybind11;
 // The fields of a Record as plain values: numbers, texts, None, lists and dictionaries; arrays
 // become nested lists, other records dictionaries.
 py::dict dict_of_fields(const py::object& record);
+
+// Classes that pickle does not store, as they hold functions or rows of a table.
+template <typename T>
+inline constexpr bool kHasNoState = false;
 
 // A class with read-only fields, named in `_fields` as those of a namedtuple are.
 template <typename T, typename... Options>
@@ -27,6 +33,7 @@ class Record : public py::class_<T, Options...> {
     };
     this->def("to_dict", to_dict,
               "The fields as plain values: arrays as nested lists, records as dictionaries.");
+    if constexpr (!kHasNoState<T>) define_pickle<T>(*this);
   }
 
   // `get`: a member, or a function of a const T&. `doc`: what it is, its shape and its unit.

@@ -13,6 +13,21 @@
 #include "tagcal/error.hpp"
 
 namespace tagcal::python {
+
+template <>
+inline constexpr auto kMembers<TagFit> = std::tuple(&TagFit::status, &TagFit::blur_px,
+                                                    &TagFit::black, &TagFit::white,
+                                                    &TagFit::noise_levels, &TagFit::num_pixels,
+                                                    &TagFit::corners, &TagFit::covariance_px2,
+                                                    &TagFit::shift_px, &TagFit::iterations,
+                                                    &TagFit::is_by_corner);
+template <>
+inline constexpr auto kMembers<CornerFit> = std::tuple(&CornerFit::status, &CornerFit::blur_px,
+                                                       &CornerFit::black, &CornerFit::white,
+                                                       &CornerFit::noise_levels,
+                                                       &CornerFit::num_pixels, &CornerFit::corner,
+                                                       &CornerFit::covariance_px2);
+
 namespace {
 
 const char* status_text(TagFitStatus status) {

@@ -123,6 +123,10 @@ void bind_cameras(py::module_& m) {
   camera.field("excess", &RigCameraEstimate::excess,
                "By how much the rig moves the corners beyond what the camera's own poses leave, "
                "over their noise. Below 1 the camera agrees with the others.");
+  camera.representation([](const RigCameraEstimate& c) {
+    return "\"" + c.name + "\" " + std::to_string(c.num_views) + " views, rms " +
+           number(c.rms_px, 3) + " px" + (c.is_connected ? "" : ", not connected");
+  });
 }
 
 void bind_answer(py::module_& m) {

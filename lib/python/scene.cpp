@@ -17,6 +17,9 @@
 
 namespace tagcal::python {
 
+template <>
+inline constexpr bool kHasNoState<MovingScene> = true;  // its paths are functions
+
 void check_view(const MovingScene& scene, int view) {
   if (view < 0 || view >= scene.settings.num_views)
     throw Error("view: must be in 0.." + std::to_string(scene.settings.num_views - 1) + ", got " +

@@ -126,17 +126,7 @@ void bind_view(py::module_& m) {
            "(N, 2, 2), px^2, NaN for a corner without one, or (2, 2) for all.")
       .def(
           "__len__", [](const View& view) { return view.observations.size(); },
-          "The number of corners.")
-      .def(py::pickle(
-          [](const View& view) {
-            return py::make_tuple(ids_of(view), view_pixels(view), covariances_of(view),
-                                  view.image);
-          },
-          [](const py::tuple& state) {
-            if (state.size() != 4) throw Error("not the state of a view");
-            return view_of(py::cast<ArrayLike>(state[0]), py::cast<ArrayLike>(state[1]),
-                           py::cast<ArrayLike>(state[2]), py::cast<std::string>(state[3]));
-          }));
+          "The number of corners.");
 }
 
 }  // namespace tagcal::python

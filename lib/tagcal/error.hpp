@@ -5,6 +5,8 @@
 #include <string>
 #include <utility>
 
+#include "tagcal/language.hpp"
+
 namespace tagcal {
 
 // Bad input. The message is one line for the user and names the file, the key and the value, e.g.

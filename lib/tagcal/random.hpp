@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <numbers>
 
+#include "tagcal/language.hpp"
+
 namespace tagcal {
 
 // Random number generator with the same numbers on every platform and standard library (splitmix64:

@@ -55,7 +55,7 @@ TEST_F(CliProject, PointsToPixelsAndBack) {
   const Outcome back = run("unproject " + path("px.csv") + camera() + " --depth 0.5");
   ASSERT_EQ(back.exit_code, 0) << back.err;
   const auto again = rows(back.out);
-  const std::size_t x = again[0].size() - 10;
+  const std::size_t x = again[0].size() - 11;
   EXPECT_NEAR(std::stod(again[0][x]), 0.1, 1e-12);
   EXPECT_NEAR(std::stod(again[0][x + 1]), 0.05, 1e-12);
   EXPECT_EQ(again[1].back(), "0");
@@ -68,7 +68,7 @@ TEST_F(CliProject, PointsOfTheBoardByAViewAndBackToItsPlane) {
   const Outcome back = run("unproject " + path("seen.csv") + view + " --plane");
   ASSERT_EQ(back.exit_code, 0) << back.err;
   const auto table = rows(back.out);
-  const std::size_t x = table[1].size() - 10;
+  const std::size_t x = table[1].size() - 11;
   EXPECT_NEAR(std::stod(table[1][x]), 0.2, 1e-12);
   EXPECT_NEAR(std::stod(table[1][x + 1]), 0.1, 1e-12);
   EXPECT_EQ(std::stod(table[1][x + 2]), 0);

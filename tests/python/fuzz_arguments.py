@@ -59,7 +59,7 @@ def signatures(function):
 def public_calls():
     """(label, function, parameters, is_method) of all that users can call."""
     calls = []
-    for name in tagcal.__all__:
+    for name in tagcal._core.__all__:
         value = getattr(tagcal, name)
         if not inspect.isclass(value):
             calls += [(name, value, parameters, False) for parameters in signatures(value)]
@@ -221,7 +221,7 @@ def remember(pool, value):
     values = value if isinstance(value, (list, tuple)) else [value]
     for item in values[:3]:
         name = type(item).__name__
-        if name in tagcal.__all__:
+        if name in tagcal._core.__all__:
             known = pool.setdefault(name, [])
             if len(known) < 12:
                 known.append(item)

@@ -19,7 +19,7 @@ PROGRAM = Path(__file__).with_name("typed_program.py")
 # What stubtest finds and is so on purpose.
 FOUND_BY_STUBTEST = r"""
 tagcal\.(_core\.)?[A-Z]\w+  # the metaclass of pybind11
-tagcal\.plot\.(Axes|Views)  # for annotations only: matplotlib is loaded when something is drawn
+tagcal\._plot\.(Axes|Views)  # for annotations only: matplotlib is loaded when something is drawn
 """
 
 # Where `Any` or `object` is the right type.
@@ -88,7 +88,7 @@ def test_types_of_pybind_become_those_of_python(of_pybind: str, of_python: str) 
 
 
 def test_every_public_name_has_a_type() -> None:
-    assert {name.partition(".")[0] for name, _ in definitions()} == set(tagcal.__all__)
+    assert {name.partition(".")[0] for name, _ in definitions()} == set(tagcal._core.__all__)
 
 
 def test_every_public_name_has_a_docstring() -> None:

@@ -91,6 +91,7 @@ int run_without_target(const Arguments& a) {
   if (!a.input.target.empty())
     throw Error("--family, --target: only one of the two is possible; the target has its family");
   if (a.explain) throw Error("--explain: needs a target");
+  if (a.input.tag_size_m > 0) throw Error("--tag-size: corners have none; pose --family takes it");
   return run_tag_search(
       {a.input, std::max(1, a.border_bits), a.out, a.camera, a.draw, a.threads, a.verbose});
 }

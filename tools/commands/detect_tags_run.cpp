@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <set>
 
@@ -26,10 +27,10 @@
 namespace tagcal::tools {
 namespace {
 
-using Tags = std::vector<std::vector<DetectedTag>>;
+using TagsOfPictures = std::vector<std::vector<DetectedTag>>;
 
 // The tags of each picture of the input. Damaged pictures are left out of both.
-Tags found_tags(const TagSearch& search, Input& input, const Camera* camera) {
+TagsOfPictures find_tags(const TagSearch& search, Input& input, const Camera* camera) {
   DetectOptions options;
   options.threads = search.threads;
   options.refinement = input.refinement;
@@ -41,7 +42,7 @@ Tags found_tags(const TagSearch& search, Input& input, const Camera* camera) {
       detect_all_tags(input.images, {search.input.family, search.border_bits}, options,
                       [&](int done, int) { progress->update(done); });
   progress.reset();
-  Tags tags;
+  TagsOfPictures tags;
   std::vector<std::string> unreadable;
   for (PictureTags& picture : found) {
     if (picture.unreadable.empty()) tags.push_back(std::move(picture.tags));
@@ -51,7 +52,19 @@ Tags found_tags(const TagSearch& search, Input& input, const Camera* camera) {
   return tags;
 }
 
-void draw(const Input& input, const Tags& tags, const std::string& to, OutputFolder& folder) {
+View view_of(const DetectedTag& tag, const std::string& name) {
+  View view{name, {}};
+  for (int corner = 0; corner < 4; ++corner) {
+    Observation seen{{tag.id, corner}, tag.corners[static_cast<std::size_t>(corner)], {}};
+    if (tag.covariance_px2)
+      seen.covariance_px2 = tag.covariance_px2->block<2, 2>(2 * corner, 2 * corner);
+    view.observations.push_back(seen);
+  }
+  return view;
+}
+
+void draw(const Input& input, const TagsOfPictures& tags, const std::string& to,
+          OutputFolder& folder) {
   const std::vector<std::string> names = drawing_names(input, to);
   Progress progress("drawing", static_cast<int>(input.images.size()));
   for (std::size_t i = 0; i < input.images.size(); ++i) {
@@ -61,8 +74,8 @@ void draw(const Input& input, const Tags& tags, const std::string& to, OutputFol
   folder.publish();
 }
 
-// What to type if no picture shows a tag of the family, but the first one shows tags of another
-// kind.
+}  // namespace
+
 std::string other_kind_text(const Input& input) {
   if (input.images.empty()) return "";
   // Half a picture's size is enough to read tags of 20 px, in a quarter of the time.
@@ -74,8 +87,6 @@ std::string other_kind_text(const Input& input) {
   return fmt::format("what to do {} shows {} tags of another kind: --family {} --border-bits {}\n",
                      input.images.front().name, most->ids.size(), most->family, most->border_bits);
 }
-
-}  // namespace
 
 std::vector<std::string> drawing_names(const Input& input, const std::string& folder) {
   std::vector<std::string> names;
@@ -99,6 +110,29 @@ std::optional<Camera> known_camera(const std::string& file, const Input& input) 
   return read.camera;
 }
 
+void find_views_of_tags(const TagSearch& search, Input& input, const Camera* camera) {
+  const TagsOfPictures tags = find_tags(search, input, camera);
+  std::set<int> ids;
+  std::vector<ImageSource> pictures;  // for drawings, by the name of the view
+  for (std::size_t i = 0; i < tags.size(); ++i) {
+    std::map<int, int> times;
+    for (const DetectedTag& tag : tags[i]) {
+      const int count = ++times[tag.id];
+      const std::string name = fmt::format("{} tag {}{}", input.images[i].name, tag.id,
+                                           count > 1 ? fmt::format(" ({})", count) : "");
+      input.dataset.views.push_back(view_of(tag, name));
+      pictures.push_back({name, input.images[i].load});
+      ids.insert(tag.id);
+    }
+  }
+  for (const int id : ids) {
+    const Tags tag{
+        search.input.family, search.border_bits, {{id, search.input.tag_size_m, Pose()}}};
+    input.dataset.boards.push_back({make_board(tag), Pose()});
+  }
+  if (!ids.empty()) input.images = std::move(pictures);
+}
+
 int run_tag_search(const TagSearch& search) {
   check_text_writable(search.out);
   check_replaces_nothing({search.out}, {search.camera});
@@ -111,7 +145,7 @@ int run_tag_search(const TagSearch& search) {
     drawing_names(input, search.draw);  // throws before the work
     drawings.emplace(search.draw, OutputFolder::Taken::by_any_folder);
   }
-  const Tags tags = found_tags(search, input, camera ? &*camera : nullptr);
+  const TagsOfPictures tags = find_tags(search, input, camera ? &*camera : nullptr);
   std::vector<std::string> names;
   std::vector<std::size_t> num_tags;
   for (std::size_t i = 0; i < tags.size(); ++i) {

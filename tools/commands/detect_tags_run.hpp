@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "job/input.hpp"
 
@@ -16,6 +17,14 @@ struct TagSearch {
   int threads = 0;
   bool verbose = false;
 };
+
+// Fills in a view for each tag in the pictures, whose ids may repeat, and a board for each id, of
+// the input's size of tags.
+void find_views_of_tags(const TagSearch& search, Input& input, const Camera* camera);
+
+// What to type if no picture shows a tag of the family, but the first one shows tags of another
+// kind; else "".
+std::string other_kind_text(const Input& input);
 
 // Prints or writes the corners with the column `instance`. Returns the exit code.
 int run_tag_search(const TagSearch& search);

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "commands/commands.hpp"
+#include "commands/detect_tags_run.hpp"
 #include "commands/rig_poses.hpp"
 #include "draw/pose_drawing.hpp"
 #include "job/arguments.hpp"
@@ -33,6 +34,7 @@ using Eigen::Vector3d;
 
 struct Arguments {
   InputArguments input;
+  int border_bits = 0;  // of --family; 0: not given
   std::string camera;
   std::string rig;
   std::string pair = "name";
@@ -52,9 +54,20 @@ void check_usage(const Arguments& arguments) {
     throw Error("--camera, --rig, --unknown-focal: one of them is needed, and only one");
   if (!arguments.rig.empty() && !(arguments.views.empty() && arguments.draw.empty()))
     throw Error("--view, --draw: not with --rig");
+  if (!arguments.rig.empty() && !arguments.input.family.empty())
+    throw Error("--family: not with --rig");
   if (arguments.rig.empty() && arguments.pair != "name") throw Error("--pair: needs --rig");
   if (arguments.prior_focal_px > 0 && !arguments.unknown_focal)
     throw Error("--prior-focal: needs --unknown-focal");
+  const InputArguments& input = arguments.input;
+  if (arguments.border_bits > 0 && input.family.empty())
+    throw Error("--border-bits: needs --family");
+  if (input.family.empty()) return;
+  if (!input.target.empty())
+    throw Error("--family, --target: only one of the two is possible; the target has its family");
+  if (!input.observations.empty())
+    throw Error("--family: takes tags in pictures, not --observations");
+  if (!(input.tag_size_m > 0)) throw Error("--family: needs --tag-size, the side of the tags");
 }
 
 struct KnownCamera {
@@ -242,7 +255,19 @@ int run(const Arguments& arguments) {
   const KnownCamera camera = known_camera(arguments, input);
   std::optional<OutputFolder> folder;
   if (!arguments.draw.empty()) folder.emplace(arguments.draw, OutputFolder::Taken::by_any_folder);
-  find_views(input, arguments.threads, true, camera.camera ? &*camera.camera : nullptr);
+  const Camera* const lens = camera.camera ? &*camera.camera : nullptr;
+  if (arguments.input.family.empty())
+    find_views(input, arguments.threads, true, lens);
+  else
+    find_views_of_tags(
+        {arguments.input, std::max(1, arguments.border_bits), "", "", "", arguments.threads, false},
+        input, lens);
+  if (input.dataset.views.empty() && !arguments.input.family.empty()) {
+    print_warnings(input.warnings);
+    print_result(fmt::format("NO ANSWER: no picture shows a tag of {}\n{}", arguments.input.family,
+                             other_kind_text(input)));
+    return kNoAnswer;
+  }
   if (input.dataset.views.empty())
     throw Error(fmt::format("{}: has no corners of the pictures asked for", input.observations));
   const std::vector<PoseReport> reports =
@@ -265,6 +290,14 @@ Command add_pose(CLI::App& app) {
   const auto arguments = std::make_shared<Arguments>();
   add_input(*command, arguments->input);
   add_observations(*command, arguments->input);
+  add_option(*command, "--family", arguments->input.family,
+             "each tag of this family in pictures has its own pose, without a target; ids may "
+             "repeat; with --tag-size, the side of all tags")
+      .text("NAME");
+  add_integer(
+      *command, "--border-bits", arguments->border_bits, 1,
+      "width of these tags' black border in cells: 1 (the default), or 2 as on Kalibr's boards")
+      .text("N");
   add_option(*command, "--camera", arguments->camera,
              "the camera's file, of any format (tagcal convert)")
       .text("CAMERA");
@@ -295,10 +328,12 @@ Command add_pose(CLI::App& app) {
   add_flag(*command, "--verbose", arguments->verbose, "also print the rotations and the noise");
   add_flag(*command, "--json", arguments->json, "one JSON object on stdout");
   add_threads(*command, arguments->threads);
-  add_footer(*command,
-             "Example: tagcal pose desk --camera camera.yaml --draw drawings\n"
-             "         tagcal pose --target board.yaml photo.jpg --unknown-focal --json\n"
-             "         tagcal pose stereo --rig rig.yaml");
+  add_footer(
+      *command,
+      "Example: tagcal pose desk --camera camera.yaml --draw drawings\n"
+      "         tagcal pose --target board.yaml photo.jpg --unknown-focal --json\n"
+      "         tagcal pose --family tag36h11 --tag-size 0.08 photo.jpg --camera camera.yaml\n"
+      "         tagcal pose stereo --rig rig.yaml");
   return {command, [arguments] { return run(*arguments); }};
 }
 

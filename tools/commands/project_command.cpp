@@ -173,9 +173,9 @@ class Unprojection {
 
   std::vector<std::string> columns() const {
     if (gives_points())
-      return {"x_m",    "y_m",    "z_m",    "sxx_m2", "sxy_m2",
-              "sxz_m2", "syy_m2", "syz_m2", "szz_m2", "valid"};
-    return {"dx", "dy", "dz", "sxx", "sxy", "sxz", "syy", "syz", "szz", "valid"};
+      return {"x_m",    "y_m",    "z_m",    "sxx_m2",   "sxy_m2", "sxz_m2",
+              "syy_m2", "syz_m2", "szz_m2", "in_image", "valid"};
+    return {"dx", "dy", "dz", "sxx", "sxy", "sxz", "syy", "syz", "szz", "in_image", "valid"};
   }
 
   // In the frame of the camera; with a view in that of the world.
@@ -235,6 +235,7 @@ int run_unproject(const Arguments& arguments) {
     }
     std::vector<double> values = {point->x.x(), point->x.y(), point->x.z()};
     for (const double value : triangle(point->covariance)) values.push_back(value);
+    values.push_back(contains(input.camera.camera.image_size, pixel.pixel) ? 1.0 : 0.0);
     answer.add(row, values);
   }
   answer.finish(arguments, arguments.plane ? "whose ray does not meet the plane"

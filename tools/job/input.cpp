@@ -191,7 +191,7 @@ void add_observations(CLI::App& command, InputArguments& arguments) {
 }
 
 Input read_input(const InputArguments& arguments) {
-  if (arguments.tag_size_m > 0 && arguments.target.empty())
+  if (arguments.tag_size_m > 0 && arguments.target.empty() && arguments.family.empty())
     throw Error("--tag-size: needs --target, a field layout of WPILib");
   if (!arguments.observations.empty() && !arguments.refinement.empty())
     throw Error("--refinement: belongs to corners found in pictures, not to --observations");

@@ -16,7 +16,7 @@ namespace tagcal::tools {
 struct InputArguments {
   std::string target;                 // a target file; "" for a data set
   double tag_size_m = 0;              // of a target file without one; 0: its default
-  std::string family;                 // of tags without a target; only `detect`
+  std::string family;                 // of tags without a target; `detect` and `pose`
   std::vector<std::string> inputs;    // one folder, or pictures
   std::string observations;           // a CSV file that replaces those of the data set
   std::string refinement;             // of corners in pictures; "": the default

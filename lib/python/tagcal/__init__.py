@@ -6,8 +6,11 @@ Lengths are metres, angles radians, noise is the standard deviation of one pixel
 
 from typing import TYPE_CHECKING as _TYPE_CHECKING, Any as _Any
 
+# Without __all__, with which `help(tagcal)` would print every class in full.
+from tagcal import _core
 from tagcal._core import *  # noqa: F403
-from tagcal._core import __all__ as __all__, __version__ as __version__
+from tagcal._core import __version__ as __version__
+from tagcal._report import report as report, table_of as _table_of
 
 if _TYPE_CHECKING:
     from tagcal import plot as plot
@@ -22,3 +25,16 @@ else:
 
     def __dir__() -> list[str]:
         return sorted([*globals(), "plot"])
+
+    def _classes() -> str:
+        values = [(name, getattr(_core, name)) for name in _core.__all__]
+        lines = [
+            f"{name}: {str(value.__doc__).partition('. ')[0].partition(chr(10))[0].rstrip('.')}"
+            for name, value in values
+            if isinstance(value, type)
+        ]
+        return "\n".join(lines)
+
+    __doc__ = f"{__doc__}\nClasses, of which `help(tagcal.NAME)` says more:\n\n{_classes()}\n"
+    report.__module__ = __name__
+    setattr(_core.Calibration, "_repr_html_", _table_of)

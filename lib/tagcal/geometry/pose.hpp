@@ -6,6 +6,8 @@
 #include <limits>
 #include <string_view>
 
+#include "tagcal/language.hpp"
+
 namespace tagcal {
 
 using Vector6d = Eigen::Matrix<double, 6, 1>;

@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "tagcal/language.hpp"
+
 // Text files as the commands read and write them: whole, under a lock, and fields of CSV.
 
 namespace tagcal {

@@ -6,6 +6,8 @@
 #include <type_traits>
 #include <utility>
 
+#include "tagcal/language.hpp"
+
 namespace tagcal {
 
 // The solutions of a solver: zero to N, without heap. Unused elements are not constructed or

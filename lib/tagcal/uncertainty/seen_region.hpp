@@ -27,6 +27,8 @@ class SeenRegion {
   SeenRegion() = default;  // empty
   SeenRegion(const ImageSize& size, std::span<const Eigen::Vector2d> pixels);
 
+  const ImageSize& size() const { return size_; }  // of the image; 0 x 0 for `SeenRegion()`
+
   // The corners of the hull (pixels), in the direction from x to y.
   const std::vector<Eigen::Vector2d>& hull() const { return hull_; }
   bool contains(const Eigen::Vector2d& pixel) const;

@@ -120,7 +120,7 @@ CameraFile read_ros_message(const std::string& text, const std::string& file) {
     if (const auto binning = top.find(key); binning && binning->number() > 1)
       result.notes.push_back(
           fmt::format("{}: the camera is that of the pictures before binning; "
-                      "convert --resize takes the other size",
+                      "tagcal convert --resize takes the other size",
                       key));
   return result;
 }
