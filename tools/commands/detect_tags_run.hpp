@@ -15,6 +15,7 @@ struct TagSearch {
   std::string draw;    // a folder, or ""
   int threads = 0;
   bool verbose = false;
+  bool json = false;
 };
 
 // Prints or writes the corners with the column `instance`. Returns the exit code.

@@ -226,8 +226,9 @@ int run(const Arguments& arguments) {
     say_wrote(arguments.draw);
   }
   print_warnings(input.warnings);
-  print_result(arguments.json ? pose_json(reports) : pose_text(reports, arguments.verbose));
-  print_to_stderr("{} of {} views with an answer\n", answers, reports.size());
+  print_answer(arguments.json ? pose_json(reports) : pose_text(reports, arguments.verbose),
+               arguments.json);
+  print_note("{} of {} views with an answer\n", answers, reports.size());
   return answers > 0 ? kAnswer : kNoAnswer;
 }
 

@@ -138,8 +138,9 @@ int run(const Arguments& arguments) {
   validation.warnings.insert(validation.warnings.begin(), input.warnings.begin(),
                              input.warnings.end());
   const bool passed = passes(validation, arguments);
-  print_result(arguments.json ? validation_json(validation, file.model, passed)
-                              : summary(validation, file.model));
+  print_answer(arguments.json ? validation_json(validation, file.model, passed)
+                              : summary(validation, file.model),
+               arguments.json);
   return passed ? kAnswer : kCheckFailed;
 }
 
@@ -151,10 +152,9 @@ Command add_validate(CLI::App& app) {
   const auto arguments = std::make_shared<Arguments>();
   add_option(*command, "CALIBRATION", arguments->calibration,
              "a camera's file, of any format (tagcal convert)")
-      .text(" ")
       .required();
   add_option(*command, "--dataset", arguments->dataset, "a folder with dataset.yaml")
-      .text("DATASET REQUIRED")
+      .text("DATASET")
       .required();
   add_option(*command, "--observations", arguments->observations,
              "corners found before (tagcal detect), instead of those of the data set")

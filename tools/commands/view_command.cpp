@@ -117,7 +117,6 @@ Command add_view(CLI::App& app) {
   ViewChoice& choice = arguments->choice;
   add_option(*command, "INPUT", choice.input,
              "a scene, the folder of a data set (its truth), or a calibration (no scene)")
-      .text(" ")
       .required();
   add_option(*command, "--camera", choice.camera,
              "for a data set: the camera of this file, and the pose that the view's corners give")
