@@ -15,6 +15,7 @@ TEST(Terminal, LongLinesAreWrappedBelowTheirLabels) {
   EXPECT_EQ(fitted("short\nrms    0.2 px of all the corners\n", 20),
             "short\nrms    0.2 px of all\n       the corners\n");
   EXPECT_EQ(fitted("  one two three four", 10), "  one two\n    three\n    four");
+  EXPECT_EQ(fitted("a  1   2  b c", 12), "a  1   2  b\n   c");
   EXPECT_EQ(fitted("/a/name/longer/than/the/line is", 10), "/a/name/longer/than/the/line\n  is");
   EXPECT_EQ(fitted(toned(Tone::good, "OK") + ": 1\n", 5), toned(Tone::good, "OK") + ": 1\n");
 }

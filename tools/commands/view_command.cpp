@@ -104,7 +104,8 @@ int run(const Arguments& arguments) {
     print_to_stderr("{}: no pose of the camera\n", input.image);
     return kNoAnswer;
   }
-  print_result(naming(arguments.choice.input, [&] { return answer(arguments, input); }));
+  print_answer(naming(arguments.choice.input, [&] { return answer(arguments, input); }),
+               arguments.json || arguments.svg || arguments.opengl);
   return kAnswer;
 }
 

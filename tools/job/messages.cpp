@@ -54,7 +54,7 @@ void print_text(const std::string& text) {
   if (record_now())
     record_now()->messages.emplace_back(trimmed(without_colours(text), "\n"));
   else
-    print_result(fitted(text, text_columns()));
+    print_result(columns_of_stream(STDOUT_FILENO) ? fitted(text, text_columns()) : text);
 }
 
 void print_summary(const std::string& text, const std::filesystem::path& out) {

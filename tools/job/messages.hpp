@@ -49,7 +49,7 @@ void print_note(fmt::format_string<Args...> format, Args&&... args) {
 // written.
 void print_result(const std::string& result);
 
-// The same for a person: lines no longer than the terminal is wide.
+// The same for a person: on a terminal no line is longer than it is wide.
 void print_text(const std::string& text);
 
 // Writes what a result came to: to stdout, if the result itself is in the file `out`; otherwise to

@@ -54,23 +54,26 @@ std::string wrapped_to(std::size_t columns, std::string_view first, std::string_
   std::string result(first);
   std::size_t column = visible_width(first);
   bool line_has_word = false;
+  std::size_t blanks = 1;  // before the word: more than one in a table
   while (!text.empty()) {
     const std::size_t end = std::min(text.find(' '), text.size());
     const std::string_view word = text.substr(0, end);
     text.remove_prefix(std::min(end + 1, text.size()));
-    if (word.empty()) continue;
-    if (line_has_word && column + 1 + visible_width(word) > columns) {
+    if (word.empty()) {
+      ++blanks;
+      continue;
+    }
+    if (line_has_word && column + blanks + visible_width(word) > columns) {
       result += "\n" + std::string(indent, ' ');
       column = indent;
       line_has_word = false;
     }
-    if (line_has_word) {
-      result += ' ';
-      ++column;
-    }
+    const std::size_t gap = line_has_word ? blanks : 0;
+    result += std::string(gap, ' ');
     result += word;
-    column += visible_width(word);
+    column += gap + visible_width(word);
     line_has_word = true;
+    blanks = 1;
   }
   return result + "\n";
 }
