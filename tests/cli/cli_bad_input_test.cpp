@@ -10,7 +10,7 @@ TEST_F(Cli, UsageErrorsAreOneLineWithAHint) {
   expect_bad_input("rendr x", {"rendr", "unknown command", "did you mean render"});
   expect_bad_input("render x.yaml --out y --viewz 3",
                    {"--viewz", "did you mean --views", "--help"});
-  expect_bad_input("render x.yaml", {"--out", "required"});
+  expect_bad_input("render x.yaml", {"needs --out"});
   expect_bad_input("render x.yaml --out y --views 0", {"--views", "1 or more", "got 0"});
   expect_bad_input("render x.yaml --out y --views -3", {"--views", "got -3"});
   expect_bad_input("render x.yaml --out y --seed 1.5", {"--seed", "whole number", "got 1.5"});
@@ -22,7 +22,7 @@ TEST_F(Cli, UsageErrorsAreOneLineWithAHint) {
   expect_bad_input("calibrate " + path("set") + " --model opencv6",
                    {"opencv6", "opencv5", "fisheye4"});
   expect_bad_input("pose " + path("set") + " extra --camera c.yaml", {"extra", "one DATASET"});
-  expect_bad_input("calibrate --target " + path("set/target.yaml"), {"required"});
+  expect_bad_input("calibrate --target " + path("set/target.yaml"), {"needs DATASET|IMAGE"});
   expect_bad_input("detect " + path("set/images/000.png"), {"000.png", "--target"});
 }
 

@@ -107,7 +107,7 @@ TEST_F(ConvertModel, BadOptions) {
     EXPECT_FALSE(fs::exists(root() / "no.yaml"));
   };
   bad("--model fisheye5", {"--model", "opencv4", "fisheye5"});
-  bad("--model weak", {"--model", "weak", "parallel"});
+  bad("--model weak", {"--model", "weak", "--model: must be f, f+c, "});
   bad("--max-difference-px 1", {"--max-difference-px: needs --model"});
   bad("--picture a.svg", {"--picture: needs --model"});
   bad("--model f --picture a.gif", {"a.gif", ".svg or .png"});

@@ -23,18 +23,67 @@ TEST_F(Cli, TheVersionNamesTheLibraries) {
     EXPECT_NE(version.out.find(library), std::string::npos) << version.out;
 }
 
-// Each command has a page with all of its long options; each script knows all of them.
+constexpr const char* kCommands[] = {"",          "render",   "detect",    "calibrate", "rig",
+                                     "watch",     "validate", "report",    "pose",      "board",
+                                     "view",      "diff",     "convert",   "reproject", "project",
+                                     "unproject", "chart",    "stability", "completion"};
+
+// As wide as the terminal says, 100 columns elsewhere; the seldom options are in --help-all.
 TEST_F(Cli, HelpFitsATerminal) {
-  for (const std::string command :
-       {"", "render", "detect", "calibrate", "watch", "validate", "report", "pose", "board", "view",
-        "diff", "convert", "reproject", "project", "unproject", "chart", "stability",
-        "completion"}) {
-    std::istringstream lines(run(command + " --help").out);
-    for (std::string line; std::getline(lines, line);)
-      EXPECT_LE(line.size(), 100u) << command << ": " << line;
-  }
+  for (const std::string command : kCommands)
+    for (const unsigned columns : {80u, 100u, 0u}) {
+      setenv("COLUMNS", std::to_string(columns).c_str(), 1);
+      const std::string help = run(command + " --help").out;
+      unsetenv("COLUMNS");
+      std::istringstream lines(help);
+      long count = 0;
+      for (std::string line; std::getline(lines, line) && !line.starts_with("more:"); ++count)
+        EXPECT_LE(line.size(), columns == 0 ? 100u : columns) << command << ": " << line;
+      EXPECT_LE(count, 40) << command;
+      for (const char* const foreign : {"TEXT", "REQUIRED", "Excludes", "Needs"})
+        EXPECT_EQ(help.find(foreign), std::string::npos) << command;
+    }
 }
 
+TEST_F(Cli, HelpIsInGroups) {
+  const std::string help = run("calibrate --help").out, all = run("calibrate --help-all").out;
+  std::size_t before = 0;
+  for (const char* const group : {"\nInput:\n", "\nModel:\n", "\nOutput:\n", "\nSpeed:\n"}) {
+    EXPECT_GT(help.find(group), before) << help;
+    before = help.find(group);
+  }
+  EXPECT_NE(help.find("\nmore: tagcal calibrate --help-all\n"), std::string::npos) << help;
+  EXPECT_EQ(help.find("--sigma-px"), std::string::npos);
+  EXPECT_NE(all.find("--sigma-px"), std::string::npos) << all;
+  EXPECT_EQ(run("help calibrate").out, help);
+  EXPECT_EQ(run("help").out, run("--help").out);
+  EXPECT_NE(run("--help-all").out.find("--px-per-deg"), std::string::npos);
+  expect_bad_input("help calibrat", {"did you mean calibrate?"});
+}
+
+TEST_F(Cli, UsageErrorsAreInOurWords) {
+  expect_bad_input("--verison", {"--verison: unknown option (did you mean --version?)"});
+  expect_bad_input("calibrate", {"needs DATASET|IMAGE: a folder"});
+  expect_bad_input("calibrate --out", {"--out: needs a value"});
+  expect_bad_input("calibrate x --model opencv",
+                   {"got opencv (did you mean opencv4, opencv5 or opencv8?)"});
+  expect_bad_input("detect x --refinement edge",
+                   {"must be fit, edges or stock, got edge (did you mean edges?)"});
+  expect_bad_input("view x --steps --json", {"--steps, --json: only one of the two is possible"});
+  expect_bad_input("board x", {"needs --out: file to write"});
+}
+
+TEST_F(Cli, TheStudiesHaveTheirOwnHelp) {
+  const std::string out = path("study_help.txt");
+  const std::string program = fs::path(TAGCAL_COMMAND).parent_path() / "tagcal-study";
+  ASSERT_EQ(std::system((program + " --help >" + out).c_str()), 0);
+  const std::string help = slurp(out);
+  EXPECT_NE(help.find("Usage: tagcal-study "), std::string::npos) << help;
+  EXPECT_NE(help.find("Example: tagcal-study "), std::string::npos) << help;
+  EXPECT_NE(run("chart --help").out.find("Usage: tagcal chart "), std::string::npos);
+}
+
+// Each command has a page with all of its long options; each script knows all of them.
 TEST_F(Cli, PagesAndCompletionsHaveAllOptions) {
   const fs::path share = root() / "share";
   ASSERT_EQ(run("completion --share " + share.string()).exit_code, 0);
@@ -48,7 +97,7 @@ TEST_F(Cli, PagesAndCompletionsHaveAllOptions) {
        {"render", "detect", "calibrate", "watch", "pose", "diff", "convert"}) {
     const std::string page = slurp(share / ("man/man1/tagcal-" + command + ".1"));
     EXPECT_TRUE(page.starts_with(".TH tagcal\\-" + command)) << page;
-    std::istringstream help(run(command + " --help").out);
+    std::istringstream help(run(command + " --help-all").out);
     for (std::string word; help >> word;) {
       if (!word.starts_with("--") || word.find_first_of("',.:;)") != std::string::npos) continue;
       std::string dashes = word;
@@ -61,6 +110,9 @@ TEST_F(Cli, PagesAndCompletionsHaveAllOptions) {
           << command << " " << word;
     }
   }
+  EXPECT_NE(bash.find("calibrate:--model) COMPREPLY=($(compgen -W 'auto weak f "),
+            std::string::npos);
+  EXPECT_NE(bash.find("rig:--model) "), std::string::npos);
   EXPECT_NE(bash.find("detect:--refinement) COMPREPLY=($(compgen -W 'fit edges stock'"),
             std::string::npos);
   EXPECT_EQ(

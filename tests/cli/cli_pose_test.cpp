@@ -322,7 +322,7 @@ TEST_F(PoseCli, BadInputIsNamedAndNothingIsWritten) {
   expect_bad_input("pose " + set() + " --camera " + wide + draw,
                    {"camera-800.yaml", "640x400", "800x400"});
   expect_bad_input("pose " + path("nowhere") + camera + draw, {"nowhere"});
-  expect_bad_input("pose" + camera, {"required"});
+  expect_bad_input("pose" + camera, {"needs DATASET|IMAGE"});
   expect_bad_input("pose " + set() + camera + draw + " --view 999.png", {"--view", "999.png"});
   expect_bad_input("pose " + set() + camera + " --draw " + path("a-file"), {"a-file", "folder"});
   expect_bad_input("pose " + set() + camera + " --draw " + path("a-file/below"), {"a-file/below"});

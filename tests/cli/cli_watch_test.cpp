@@ -139,7 +139,7 @@ class Watch : public Cli {
 
   // The start of a picture's line.
   static std::string line(const std::string& name, const std::string& text) {
-    return "\n" + name + std::string(22 - name.size(), ' ') + text;
+    return "\n" + name + std::string(16 - name.size(), ' ') + text;
   }
 
   // Waits for a text in the output; fails after two minutes, of which valgrind needs some.

@@ -155,11 +155,12 @@ void print_on_paper(const Arguments& arguments, const std::string& kind, const B
       arguments.target, [&] { return board_sheet(fitted.board, families, name, fitted.page); });
   write_sheet(arguments, kind, sheet, name);
   write_target(file, fitted.board);
-  print_to_stderr("wrote {}: {} on {}{}; print at 100 % and check the bar of 100 mm\n",
-                  arguments.out, size_text(fitted.board), arguments.paper,
-                  fitted.page.width_mm > fitted.page.height_mm ? ", landscape" : "");
-  print_to_stderr("wrote {}: the target to use with it, instead of {} ({})\n", file.string(),
-                  arguments.target, size_text(board));
+  say_wrote(arguments.out,
+            fmt::format("{} on {}{}; print at 100 % and check the bar of 100 mm",
+                        size_text(fitted.board), arguments.paper,
+                        fitted.page.width_mm > fitted.page.height_mm ? ", landscape" : ""));
+  say_wrote(file, fmt::format("the target to use with it, instead of {} ({})", arguments.target,
+                              size_text(board)));
 }
 
 Tiling tiling_on_pages(const Sheet& sheet, const Paper& paper) {
@@ -210,9 +211,9 @@ void print_true_to_scale(const Arguments& arguments, const std::string& kind, co
   }
   print_warnings(warnings);
   warnings.clear();
-  print_to_stderr(
-      "wrote {}: {} on {:.0f} x {:.0f} mm{}; print at 100 % and check the bar of 100 mm\n",
-      arguments.out, size_text(board), sheet.width_mm, sheet.height_mm, where);
+  say_wrote(arguments.out,
+            fmt::format("{} on {:.0f} x {:.0f} mm{}; print at 100 % and check the bar of 100 mm",
+                        size_text(board), sheet.width_mm, sheet.height_mm, where));
 }
 
 int run(const Arguments& arguments) {
@@ -235,15 +236,16 @@ int run(const Arguments& arguments) {
 Command add_board(CLI::App& app) {
   CLI::App* command = add_command(app, "board", "a target to print, true to scale");
   const auto arguments = std::make_shared<Arguments>();
-  add_option(*command, "TARGET.yaml", arguments->target, "the target").text(" ").required();
+  add_option(*command, "TARGET.yaml", arguments->target, "the target").required();
   add_option(*command, "--out", arguments->out, "file to write: board.pdf, board.svg or board.png")
-      .text("FILE REQUIRED")
+      .text("FILE")
       .required();
   add_positive(*command, "--dpi", arguments->dpi, "resolution of a PNG in pixels per inch (300)");
   const Option paper =
-      add_option(*command, "--paper", arguments->paper,
-                 "the largest board on this paper: other sizes of tags, squares or discs; writes its "
-                 "target beside: board.yaml")
+      add_option(
+          *command, "--paper", arguments->paper,
+          "the largest board on this paper: other sizes of tags, squares or discs; writes its "
+          "target beside: board.yaml")
           .text("a4|a3|letter")
           .one_of({"a4", "a3", "letter"});
   add_flag(*command, "--landscape", arguments->landscape,
@@ -256,7 +258,7 @@ Command add_board(CLI::App& app) {
   add_footer(*command,
              "Example: tagcal board target.yaml --out board.pdf\n"
              "         tagcal board target.yaml --out a4.pdf --paper a4");
-  return {command, [arguments] { return run(*arguments); }};
+  return {command, [arguments] { return run(*arguments); }, true};
 }
 
 }  // namespace tagcal::tools

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <charconv>
@@ -81,10 +82,18 @@ void check_report(const Arguments& arguments) {
   check_page(arguments.report, files);
 }
 
+// What the camera is called: the folder of its pictures or its data set.
+std::string name_of_input(const Arguments& arguments) {
+  const fs::path input = arguments.job.input.inputs.front();
+  if (fs::is_directory(input)) return last_part(input.string());
+  const fs::path folder = fs::absolute(input).parent_path();
+  return last_part(folder.string());
+}
+
 void write_report(const Arguments& arguments, const CalibrationAnswer& answer, Input used) {
   PageContent content;
   content.calibration = answer.calibration;
-  content.title = fmt::format("{}: {}", last_part(used.name), answer.calibration.model);
+  content.title = fmt::format("{}: {}", name_of_input(arguments), answer.calibration.model);
   content.chosen = is_auto(arguments.job.options.model);
   content.advice = answer.advice;
   if (!content.advice) content.advice = advise(used.dataset, answer.calibration);
@@ -147,7 +156,7 @@ int run_one(const Arguments& arguments) {
   if (arguments.job.advise && !arguments.json) {
     text += wrapped("next view  ", advice_sentence(answer.advice), 11);
   }
-  print_result(text);
+  print_answer(text, arguments.json, answered ? arguments.out : "");
   if (!answered && !arguments.out.empty()) {
     print_to_stderr("tagcal: {}: not written, there is no answer\n", arguments.out);
   }
@@ -224,38 +233,48 @@ Command add_calibrate(CLI::App& app) {
   add_input(*command, arguments->job.input);
   add_observations(*command, arguments->job.input);
   add_no_cache(*command, arguments->job.input.no_cache);
-  add_option(*command, "--model", arguments->job.options.model, "auto, weak, " + model_names())
+  std::vector<std::string> models = model_names();
+  models.insert(models.begin(), {"auto", "weak"});
+  add_option(*command, "--model", arguments->job.options.model,
+             fmt::format("{}", fmt::join(models, ", ")))
+      .one_of(models)
       .text("M");
   add_positive(*command, "--sigma-px", arguments->job.options.sigma_px,
                "noise of the corners per coordinate; default: each corner's own covariance if the "
-               "file has them, else estimated from the residuals");
+               "file has them, else estimated from the residuals")
+      .seldom();
   add_positive(*command, "--tolerance", arguments->job.options.tolerance_px,
                "in pixels: auto takes the smallest model whose projection differs from the best "
                "one's by at most this, RMS where corners were; the standard deviations include "
-               "the difference");
+               "the difference")
+      .seldom();
   add_option(*command, "--out", arguments->out,
              "file for the camera, written if there is an answer; for several cameras a folder, "
              "with one file each")
-      .text("FILE|DIR");
+      .text("FILE|DIR")
+      .writes_text();
   add_option(*command, "--uncertainty", arguments->uncertainty,
-             "picture of the projection's uncertainty over the image, .svg or .png")
+             "drawing of the projection's uncertainty: .svg, .png")
       .text("FILE");
   add_option(*command, "--report", arguments->report,
              "a page to look at: residuals, uncertainty, models, views, the next view (report.md)")
       .text("FILE.html");
   add_length(*command, "--distance", arguments->near_m,
              "distance in metres at which the uncertainty is given beside infinity; default: "
-             "the corners' median");
+             "the corners' median")
+      .seldom();
   add_flag(*command, "--one-camera", arguments->one_camera,
-           "with --target: all folders have pictures of one camera; default: each folder is a "
-           "camera");
+           "with --target: all folders are of one camera");
   add_flag(*command, "--keep-all", arguments->keep_all,
-           "reject no corner and no view, except views that repeat another");
+           "reject no corner and no view, except views that repeat another")
+      .seldom();
   add_option(*command, "--start", arguments->start,
              "a camera to start from, instead of a search: a file of any format (tagcal convert)")
-      .text("CAMERA");
+      .text("CAMERA")
+      .seldom();
   add_positive(*command, "--focal", arguments->job.options.start_focal_px,
-               "a focal length in pixels to start from, instead of a search");
+               "a focal length in pixels to start from, instead of a search")
+      .seldom();
   add_option(*command, "--fix", arguments->fixed,
              "parameters to hold, taken as exact: f, fx, fy, cx, cy, and with --model "
              "k1, k2, .. (cx=319.5,k3=0)")
@@ -264,19 +283,23 @@ Command add_calibrate(CLI::App& app) {
       .repeatable();  // the data set after it is none
   add_flag(*command, "--board-warp", arguments->job.options.board_warp,
            "print the board's terms (bend, twist, print), which every calibration from one flat "
-           "board estimates; an error without one flat board");
+           "board estimates; an error without one flat board")
+      .seldom();
   add_flag(*command, "--refine-corners", arguments->job.refine_corners,
-           "fit the corners in their pictures again with the estimated lens, and calibrate again");
+           "fit the corners in their pictures again with the estimated lens, and calibrate again")
+      .seldom();
   add_integer(*command, "--select", arguments->job.select, 1,
-              "calibrate from the N most informative views only, and print what each adds");
+              "calibrate from the N most informative views only, and print what each adds")
+      .seldom();
   add_flag(*command, "--resume", arguments->resume,
-           "of several cameras, with --out: the same command goes on where it was interrupted");
+           "of several cameras, with --out: the same command goes on where it was interrupted")
+      .seldom();
   add_flag(*command, "--advise", arguments->job.advise,
            "print the next view that would improve the answer most, and by how much");
   add_flag(*command, "--verbose", arguments->verbose,
            "also print why each model was taken or not, all rejected corners, and times");
   add_flag(*command, "--json", arguments->json,
-           "one JSON object on stdout; for several cameras an array of them");
+           "one JSON object on stdout; an array for several cameras");
   add_threads(*command, arguments->job.threads)
       .description("cameras, or pictures of one, to process in parallel; 0: one per core");
   add_footer(*command,

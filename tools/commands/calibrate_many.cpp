@@ -275,7 +275,7 @@ int calibrate_many(const CalibrationJob& job, const ManyOutput& output) {
       std::ranges::count_if(outcomes, [](const Outcome& o) { return o.code == kAnswer; });
   if (!output.folder.empty() && answers > 0)
     say_wrote(output.folder, fmt::format("{} calibrations", answers));
-  print_result(output.json ? array(outcomes) : table(outcomes));
+  print_answer(output.json ? array(outcomes) : table(outcomes), output.json, output.folder);
   return worst(outcomes);
 }
 

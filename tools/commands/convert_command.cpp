@@ -127,8 +127,9 @@ int convert_corners(const Arguments& arguments) {
   const std::vector<std::string> dropped = write_corners(arguments.out, views, boards, format);
   print_notes(arguments.in, notes);
   print_notes(arguments.out, dropped);
-  print_to_stderr("wrote {} ({}): {} views, {} corners\n", arguments.out, format, views.size(),
-                  num_corners(views));
+  say_wrote(arguments.out,
+            fmt::format("{}, {}, {}", format, counted(views.size(), "view"),
+                        counted(static_cast<std::size_t>(num_corners(views)), "corner")));
   return kAnswer;
 }
 
@@ -160,7 +161,7 @@ int run(const Arguments& arguments) {
   CameraFile file = read_cameras(arguments, format);
   add_image_size(file, arguments);
   cut_and_scale(file, arguments);
-  if (!fit_models(file, arguments.in, arguments.model)) return kCheckFailed;
+  if (!fit_models(file, arguments.in, arguments.model, arguments.out)) return kCheckFailed;
   if (!arguments.poses.empty()) {
     if (file.cameras.size() > 1) {
       throw Error(fmt::format("--poses: belongs to one camera, {} has {}: choose one by {}:NAME",
@@ -174,9 +175,9 @@ int run(const Arguments& arguments) {
   const bool dropped = std::ranges::any_of(
       notes, [](const std::string& note) { return note.starts_with("dropped: the poses"); });
   const std::size_t num_poses = dropped ? 0 : file.poses.size();
-  print_to_stderr("wrote {} ({}, from {}): {} camera{}, {} pose{}\n", arguments.out, format.name,
-                  file.format, file.cameras.size(), file.cameras.size() == 1 ? "" : "s", num_poses,
-                  num_poses == 1 ? "" : "s");
+  say_wrote(arguments.out,
+            fmt::format("{}, from {}: {}, {}", format.name, file.format,
+                        counted(file.cameras.size(), "camera"), counted(num_poses, "pose")));
   return kAnswer;
 }
 
@@ -196,20 +197,17 @@ std::string known_names() {
   return names;
 }
 
-std::string footer() {
+std::string notes() {
   std::string text =
-      "The format of IN is recognised by its content. IN:NAME chooses one of several cameras. "
-      "Every\n--camera option takes the same files.\n\nFormats of --to:\n";
+      wrapped("",
+              "The format of IN is recognised by its content. IN:NAME chooses one of "
+              "several cameras. Every --camera option takes the same files.",
+              0) +
+      "\nFormats of --to:\n";
   for (const CameraFormat& format : camera_formats())
     text += wrapped(fmt::format("  {:<11} ", format.name), format.program, 14) +
             wrapped(std::string(16, ' '), "lenses: " + std::string(format.lenses), 24);
-  return text +
-         "\nExample: tagcal convert camera.yaml front.cameramodel\n"
-         "         tagcal convert camchain.yaml:cam1 right.yaml --to ros\n"
-         "         tagcal convert camera.yaml sparse --to colmap\n"
-         "         tagcal convert camera.yaml half.yaml --to tagcal --resize 640x480\n"
-         "         tagcal convert camchain.yaml:cam0 camera.yaml --model fisheye4\n"
-         "         tagcal convert corners.vnl corners.csv --target board.yaml";
+  return text.substr(0, text.size() - 1);
 }
 
 }  // namespace
@@ -218,9 +216,9 @@ Command add_convert(CLI::App& app) {
   CLI::App* command =
       add_command(app, "convert", "a camera, its poses or corners from and to files of others");
   const auto arguments = std::make_shared<Arguments>();
-  add_option(*command, "IN", arguments->in, "a camera's file, or FILE:NAME").text(" ").required();
+  add_option(*command, "IN", arguments->in, "a camera's file, or FILE:NAME").required();
   add_option(*command, "OUT", arguments->out, "the file to write (colmap: a folder)")
-      .text(" ")
+      .writes_text()
       .required();
   add_option(*command, "--to", arguments->format,
              "the format of OUT; default: the one that its name stands for (" + known_names() + ")")
@@ -238,13 +236,21 @@ Command add_convert(CLI::App& app) {
   add_model_options(*command, arguments->model);
   add_option(*command, "--poses", arguments->poses,
              "poses of pictures instead of those of IN: the output of tagcal pose --json")
-      .text("JSON");
+      .text("JSON")
+      .seldom();
   add_option(*command, "--target", arguments->target,
              "convert corners of this board (a target file), not a camera: CSV, corners.vnl of "
              "mrcal, image_points of OpenCV (YAML, XML, JSON)")
       .text("T.yaml");
-  add_footer(*command, footer());
-  return {command, [arguments] { return run(*arguments); }};
+  add_footer(*command,
+             "Example: tagcal convert camera.yaml front.cameramodel\n"
+             "         tagcal convert camchain.yaml:cam1 right.yaml --to ros\n"
+             "         tagcal convert camera.yaml sparse --to colmap\n"
+             "         tagcal convert camera.yaml half.yaml --to tagcal --resize 640x480\n"
+             "         tagcal convert camchain.yaml:cam0 camera.yaml --model fisheye4\n"
+             "         tagcal convert corners.vnl corners.csv --target board.yaml",
+             notes());
+  return {command, [arguments] { return run(*arguments); }, true};
 }
 
 }  // namespace tagcal::tools

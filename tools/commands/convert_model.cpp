@@ -1,6 +1,7 @@
 #include "commands/convert_model.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cmath>
 #include <filesystem>
@@ -82,15 +83,19 @@ void replace_lens(FileCamera& camera, const LensFit& fit) {
 
 void add_model_options(CLI::App& command, ModelArguments& arguments) {
   add_option(command, "--model", arguments.model,
-             "the lens of this model that projects as the one of IN does: " + model_names())
+             fmt::format("the lens of this model that projects as the one of IN does: {}",
+                         fmt::join(model_names(), ", ")))
+      .one_of(model_names())
       .text("NAME");
   add_positive(command, "--max-difference-px", arguments.max_difference_px,
                "the largest difference that --model may leave over the region of the corners (the "
                "whole image, if IN has none); default 0.1")
-      .text("X");
+      .text("X")
+      .seldom();
   add_option(command, "--picture", arguments.picture,
              "draw the difference that --model leaves over the image (.svg, .png)")
-      .text("FILE");
+      .text("FILE")
+      .seldom();
 }
 
 void check_usage(const ModelArguments& arguments) {
@@ -108,7 +113,8 @@ void check_usage(const ModelArguments& arguments) {
   check_writable(arguments.picture);
 }
 
-bool fit_models(CameraFile& file, const std::string& name, const ModelArguments& arguments) {
+bool fit_models(CameraFile& file, const std::string& name, const ModelArguments& arguments,
+                const std::string& out) {
   if (arguments.model.empty()) return true;
   if (!arguments.picture.empty() && file.cameras.size() > 1)
     throw Error(fmt::format("--picture: draws one camera, {} has {}: choose one by {}:NAME", name,
@@ -129,7 +135,7 @@ bool fit_models(CameraFile& file, const std::string& name, const ModelArguments&
     }
     replace_lens(camera, fit);
   }
-  print_result(text);
+  if (!text.empty()) print_summary(text, out);
   return all_accepted;
 }
 

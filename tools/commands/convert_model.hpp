@@ -26,8 +26,10 @@ void add_model_options(CLI::App& command, ModelArguments& arguments);
 void check_usage(const ModelArguments& arguments);
 
 // Fits a lens of the model to each camera of the file, which was read from `name`, and replaces it;
-// prints to stdout what remains. Returns false, with the reasons on stderr, if one differs by too
-// much. Throws Error for a camera without an image size, and a picture of several cameras.
-bool fit_models(CameraFile& file, const std::string& name, const ModelArguments& arguments);
+// says what remains (print_summary with `out`). Returns false, with the reasons on stderr, if one
+// differs by too much. Throws Error for a camera without an image size, and a picture of several
+// cameras.
+bool fit_models(CameraFile& file, const std::string& name, const ModelArguments& arguments,
+                const std::string& out);
 
 }  // namespace tagcal::tools

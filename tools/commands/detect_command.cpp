@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <map>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 
@@ -15,6 +16,7 @@
 #include "job/messages.hpp"
 #include "job/output_folder.hpp"
 #include "job/outputs.hpp"
+#include "job/plain_text.hpp"
 #include "job/progress.hpp"
 #include "report/detection_report.hpp"
 #include "tagcal/detect/explain.hpp"
@@ -33,6 +35,7 @@ struct Arguments {
   std::string draw;    // a folder
   bool explain = false;
   bool verbose = false;
+  bool json = false;
   int border_bits = 0;  // 0: not given
   int threads = 0;
 };
@@ -93,7 +96,7 @@ int run_without_target(const Arguments& a) {
   if (a.explain) throw Error("--explain: needs a target");
   if (a.input.tag_size_m > 0) throw Error("--tag-size: corners have none; pose --family takes it");
   return run_tag_search(
-      {a.input, std::max(1, a.border_bits), a.out, a.camera, a.draw, a.threads, a.verbose});
+      {a.input, std::max(1, a.border_bits), a.out, a.camera, a.draw, a.threads, a.verbose, a.json});
 }
 
 int run(const Arguments& arguments) {
@@ -110,18 +113,16 @@ int run(const Arguments& arguments) {
   const std::optional<Camera> camera = known_camera(arguments.camera, input);
   detect_views(input, arguments.threads, true, camera ? &*camera : nullptr);
   const std::string csv = observations_csv(input.dataset.views);
-  if (arguments.out.empty()) {
-    print_result(csv);
-  } else {
-    write_whole(arguments.out, csv);
-    say_wrote(arguments.out);
-  }
+  write_table(csv, arguments.out, arguments.json);
   if (drawings) {
     draw(input, drawing_names(input, arguments.draw), *drawings);
     say_wrote(arguments.draw);
   }
   print_warnings(input.warnings);
-  print_summary(detection_summary(input, arguments.verbose), arguments.out);
+  if (arguments.json)
+    print_result(json_text(detection_json(input, rows_json(csv))));
+  else
+    print_summary(detection_summary(input, arguments.verbose), arguments.out);
   if (arguments.explain) explain_all(input);
   return kAnswer;
 }
@@ -143,7 +144,8 @@ Command add_detect(CLI::App& app) {
       "width of these tags' black border in cells: 1 (the default), or 2 as on Kalibr's boards")
       .text("N");
   add_option(*command, "--out", arguments->out, "file for the corners, instead of stdout")
-      .text("CSV");
+      .text("CSV")
+      .writes_text();
   add_option(*command, "--camera", arguments->camera,
              "file of the camera, if it is known, of any format (tagcal convert): --refinement fit "
              "then uses its lens")
@@ -158,6 +160,8 @@ Command add_detect(CLI::App& app) {
            "print per picture, on stderr: the tags that were read, why tags are not reported, and "
            "probable errors of the target file");
   add_flag(*command, "--verbose", arguments->verbose, "also print what each picture shows");
+  add_flag(*command, "--json", arguments->json,
+           "one JSON object on stdout: what each picture shows, and the corners");
   add_threads(*command, arguments->threads);
   add_footer(*command,
              "Example: tagcal detect desk --out corners.csv\n"

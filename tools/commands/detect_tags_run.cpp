@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 
@@ -14,6 +15,7 @@
 #include "job/messages.hpp"
 #include "job/output_folder.hpp"
 #include "job/outputs.hpp"
+#include "job/plain_text.hpp"
 #include "job/progress.hpp"
 #include "report/detection_report.hpp"
 #include "tagcal/detect/detector.hpp"
@@ -153,15 +155,15 @@ int run_tag_search(const TagSearch& search) {
     num_tags.push_back(tags[i].size());
   }
   const std::string csv = tags_csv(names, tags);
-  if (search.out.empty())
-    print_result(csv);
-  else
-    write_whole(search.out, csv);
+  write_table(csv, search.out, search.json);
   if (drawings) draw(input, tags, search.draw, *drawings);
-  if (!search.out.empty()) say_wrote(search.out);
   if (!search.draw.empty()) say_wrote(search.draw);
   print_warnings(input.warnings);
   const bool is_nothing = std::ranges::all_of(num_tags, [](std::size_t n) { return n == 0; });
+  if (search.json) {
+    print_result(json_text(tags_json(names, num_tags, input, rows_json(csv))));
+    return kAnswer;
+  }
   print_summary(tag_summary(names, num_tags, search.input.family, search.verbose) +
                     (is_nothing ? other_kind_text(input) : ""),
                 search.out);

@@ -16,6 +16,7 @@ struct TagSearch {
   std::string draw;    // a folder, or ""
   int threads = 0;
   bool verbose = false;
+  bool json = false;
 };
 
 // Fills in a view for each tag in the pictures, whose ids may repeat, and a board for each id, of

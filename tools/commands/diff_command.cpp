@@ -147,7 +147,8 @@ int run(const Arguments& arguments) {
     text += difference_text(comparison.difference, where);
   }
   const Json answer = {{"a", arguments.a}, {"b", arguments.b}, {"differences", list}};
-  print_result(arguments.json ? json_text(answer) : text + verdict_text(comparisons));
+  print_answer(arguments.json ? json_text(answer) : text + verdict_text(comparisons),
+               arguments.json);
   return kAnswer;
 }
 

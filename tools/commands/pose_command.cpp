@@ -230,9 +230,10 @@ class Poses {
 int print(const Arguments& arguments, const std::vector<PoseReport>& reports) {
   const auto answers =
       std::ranges::count_if(reports, [](const auto& r) { return is_answer(r.status); });
-  print_result(arguments.json ? pose_json(reports) : pose_text(reports, arguments.verbose));
-  print_to_stderr("{} of {} {} with an answer\n", answers, reports.size(),
-                  arguments.rig.empty() ? "views" : "instants");
+  print_answer(arguments.json ? pose_json(reports) : pose_text(reports, arguments.verbose),
+               arguments.json);
+  print_note("{} of {} {} with an answer\n", answers, reports.size(),
+             arguments.rig.empty() ? "views" : "instants");
   return answers > 0 ? kAnswer : kNoAnswer;
 }
 
@@ -297,6 +298,7 @@ Command add_pose(CLI::App& app) {
   add_integer(
       *command, "--border-bits", arguments->border_bits, 1,
       "width of these tags' black border in cells: 1 (the default), or 2 as on Kalibr's boards")
+      .seldom()
       .text("N");
   add_option(*command, "--camera", arguments->camera,
              "the camera's file, of any format (tagcal convert)")
@@ -305,7 +307,7 @@ Command add_pose(CLI::App& app) {
              "the file of a rig (tagcal rig), instead of --camera: one pose at each instant, from "
              "the folders of its cameras, which have their names")
       .text("RIG");
-  add_pair(*command, arguments->pair);
+  add_pair(*command, arguments->pair).seldom();
   add_flag(*command, "--unknown-focal", arguments->unknown_focal,
            "estimate the focal length too, of a pinhole with the principal point at the image's "
            "centre; instead of --camera");

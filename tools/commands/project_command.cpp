@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "job/lens_input.hpp"
 #include "job/messages.hpp"
 #include "job/outputs.hpp"
+#include "job/plain_text.hpp"
 #include "job/point_table.hpp"
 #include "job/progress.hpp"
 #include "tagcal/error.hpp"
@@ -31,6 +33,7 @@ struct Arguments {
   std::string out;
   double depth_m = 0;
   bool plane = false;
+  bool json = false;
 };
 
 // A CSV in the making: the columns of the input, without those that the answer replaces, and those
@@ -65,20 +68,19 @@ class Answer {
     text_ += std::string(num_columns_ - 1, ',') + "0\n";
   }
 
-  // Prints the table, or writes it to a file, and says how many points there are.
-  void finish(const Arguments& arguments, const char* invalid) {
+  // Prints the table, or writes it to a file, and says how many points there are and how certain.
+  void finish(const Arguments& arguments, const char* invalid, const std::string& uncertainty) {
     progress_.reset();
-    if (arguments.out.empty())
-      print_result(text_);
-    else
-      write_whole(arguments.out, text_);
+    write_table(text_, arguments.out, arguments.json);
+    if (arguments.json)
+      print_result(json_text({{"uncertainty", uncertainty}, {"points", rows_json(text_)}}));
     const std::size_t others = table_.size() - num_valid_;
-    print_to_stderr(
-        "{}{} of {} points{}\n", arguments.out.empty() ? "" : "wrote " + arguments.out + ": ",
-        num_valid_, table_.size(),
-        others == 0 ? ""
-                    : fmt::format("; {} {}{} (valid = 0)", others, invalid,
-                                  overflowed_ ? ", or are beyond the range of numbers" : ""));
+    print_note("{} of {} points{}\n", num_valid_, table_.size(),
+               others == 0
+                   ? ""
+                   : fmt::format("; {} {}{} (valid = 0)", others, invalid,
+                                 overflowed_ ? ", or are beyond the range of numbers" : ""));
+    print_note("{}\n", uncertainty);
   }
 
   int exit_code() const { return num_valid_ == 0 && table_.size() > 0 ? kNoAnswer : kAnswer; }
@@ -148,8 +150,7 @@ int run_project(const Arguments& arguments) {
     answer.add(row, {at->pixel.x(), at->pixel.y(), s(0, 0), s(0, 1), s(1, 1),
                      contains(input.camera.camera.image_size, at->pixel) ? 1.0 : 0.0});
   }
-  answer.finish(arguments, "outside the lens' domain");
-  print_to_stderr("{}\n", input.uncertainty);
+  answer.finish(arguments, "outside the lens' domain", input.uncertainty);
   return answer.exit_code();
 }
 
@@ -238,18 +239,22 @@ int run_unproject(const Arguments& arguments) {
     values.push_back(contains(input.camera.camera.image_size, pixel.pixel) ? 1.0 : 0.0);
     answer.add(row, values);
   }
-  answer.finish(arguments, arguments.plane ? "whose ray does not meet the plane"
-                                           : "have no ray, or none that points forward");
-  print_to_stderr("{}\n", input.uncertainty);
+  answer.finish(arguments,
+                arguments.plane ? "whose ray does not meet the plane"
+                                : "have no ray, or none that points forward",
+                input.uncertainty);
   return answer.exit_code();
 }
 
 void add_common(CLI::App& command, Arguments& arguments, const char* points) {
-  add_option(command, "POINTS.csv", arguments.points, points).text(" ");
+  add_option(command, "POINTS.csv", arguments.points, points);
   add_option(command, "--camera", arguments.camera, "the camera's calibration")
-      .text("C.yaml REQUIRED")
+      .text("C.yaml")
       .required();
-  add_option(command, "--out", arguments.out, "file to write, instead of stdout").text("CSV");
+  add_option(command, "--out", arguments.out, "file to write, instead of stdout")
+      .text("CSV")
+      .writes_text();
+  add_flag(command, "--json", arguments.json, "one JSON object on stdout");
 }
 
 }  // namespace

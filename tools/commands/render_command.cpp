@@ -260,12 +260,12 @@ Command add_render(CLI::App& app) {
   CLI::App* command =
       add_command(app, "render", "images and exact corners of a scene, as a data set");
   const auto arguments = std::make_shared<Arguments>();
-  add_option(*command, "SCENE.yaml", arguments->scene, "the scene").text(" ").required();
+  add_option(*command, "SCENE.yaml", arguments->scene, "the scene").required();
   add_option(
       *command, "--out", arguments->out,
       "folder to write: images, dataset.yaml, targets, truth.yaml; of a rig, a folder of these for "
       "each camera")
-      .text("DIR REQUIRED")
+      .text("DIR")
       .required();
   add_flag(*command, "--force", arguments->force, "replace an earlier render in that folder");
   add_flag(
@@ -280,7 +280,7 @@ Command add_render(CLI::App& app) {
   add_threads(*command, arguments->threads);
   add_footer(*command,
              "Example: tagcal render data-synthetic/scenes/desk.yaml --out desk --seed 7");
-  return {command, [arguments] { return run(*arguments); }};
+  return {command, [arguments] { return run(*arguments); }, true};
 }
 
 }  // namespace tagcal::tools

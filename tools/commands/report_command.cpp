@@ -106,8 +106,7 @@ Command add_report(CLI::App& app) {
              "a camera's file, of any format, or the poses that tagcal pose --json printed")
       .required();
   add_option(*command, "OTHER|IMAGE", arguments->data.inputs,
-             "another calibration to compare with, or (with --target) the pictures")
-      .text(" ");
+             "another calibration to compare with, or (with --target) the pictures");
   add_option(*command, "--dataset", arguments->dataset,
              "the data set whose corners, residuals and pictures are shown")
       .text("D");
@@ -120,8 +119,11 @@ Command add_report(CLI::App& app) {
              "the camera of the poses, with which their residuals are shown")
       .text("CAMERA");
   add_length(*command, "--distance", arguments->near_m,
-             "distance in metres at which two calibrations are compared, beside infinity (1)");
-  add_option(*command, "--out", arguments->out, "file of the page (report.html)").text("FILE");
+             "distance in metres at which two calibrations are compared, beside infinity (1)")
+      .seldom();
+  add_option(*command, "--out", arguments->out, "file of the page (report.html)")
+      .text("FILE.html")
+      .writes_text();
   add_threads(*command, arguments->threads);
   add_footer(*command,
              "Example: tagcal report camera.yaml --dataset desk --out report.html\n"
@@ -129,7 +131,7 @@ Command add_report(CLI::App& app) {
              "         tagcal report monday.yaml friday.yaml --out difference.html\n"
              "         tagcal report poses.json --dataset desk --camera camera.yaml\n"
              "The page of a new calibration shows more: tagcal calibrate --report FILE.");
-  return {command, [arguments] { return run(*arguments); }};
+  return {command, [arguments] { return run(*arguments); }, true};
 }
 
 }  // namespace tagcal::tools

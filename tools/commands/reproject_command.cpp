@@ -68,7 +68,7 @@ int run(const ReprojectArguments& arguments) {
   OutputFolder folder(arguments.out, OutputFolder::Taken::by_any_folder);
   reprojection.write(folder.path());
   folder.publish();
-  print_to_stderr("{}", reprojection.report());
+  reprojection.say_report();
   return kAnswer;
 }
 
@@ -83,26 +83,30 @@ void add_tasks(CLI::App& command, ReprojectTask& task) {
              "turn the new camera by degrees: clockwise, upwards, to the right; alone or with "
              "another task")
       .text("ROLL,PITCH,YAW")
-      .separated_by(',');
+      .separated_by(',')
+      .seldom();
   add_flag(command, "--plane", task.plane,
            "a plane seen from above, z = 0 of a board: with --m-per-px, and --target or --view");
   add_integer(command, "--pinholes", task.pinholes, 2,
               "a wide picture into several pinholes, one folder each: 5 or 6 are faces of a cube, "
-              "other numbers a fan from left to right");
+              "other numbers a fan from left to right")
+      .seldom();
   add_option(command, "--panorama", task.panorama, "equirectangular or cylindrical")
       .one_of({"equirectangular", "cylindrical"})
       .text("KIND");
   add_option(command, "--size", task.size, "size of the undistorted picture (the camera's)")
       .text("WxH");
   add_positive(command, "--px-per-deg", task.px_per_deg,
-               "resolution of a panorama (that of the camera's middle)");
+               "resolution of a panorama (that of the camera's middle)")
+      .seldom();
   add_length(command, "--m-per-px", task.m_per_px, "size of a pixel of the plane in metres");
   add_option(command, "--rectangle", task.rectangle,
              "part of the plane in metres, in the board's frame (the board and a tenth more)")
       .text("X0,Y0,X1,Y1")
       .separated_by(',');
   add_option(command, "--tiles", task.tiles, "cut the new picture into tiles, one folder each")
-      .text("WxH");
+      .text("WxH")
+      .seldom();
 }
 
 }  // namespace
@@ -111,12 +115,12 @@ Command add_reproject(CLI::App& app) {
   CLI::App* command = add_command(
       app, "reproject", "pictures as another camera, a panorama or a plane would show them");
   const auto arguments = std::make_shared<ReprojectArguments>();
-  add_option(*command, "IMAGE", arguments->images, "pictures of the camera").text(" ");
+  add_option(*command, "IMAGE", arguments->images, "pictures of the camera");
   add_option(*command, "--camera", arguments->camera, "the camera's calibration")
-      .text("C.yaml REQUIRED")
+      .text("C.yaml")
       .required();
   add_option(*command, "--out", arguments->out, "folder for the new pictures and their camera.yaml")
-      .text("DIR REQUIRED")
+      .text("DIR")
       .required();
   add_tasks(*command, arguments->task);
   add_option(*command, "--target", arguments->target, "the board on the plane: a target file")
@@ -127,20 +131,22 @@ Command add_reproject(CLI::App& app) {
   add_option(*command, "--interpolation", arguments->interpolation,
              "nearest, bilinear (default) or lanczos4; the two average where pictures shrink")
       .one_of({"nearest", "bilinear", "lanczos4"})
-      .text("I");
+      .text("I")
+      .seldom();
   add_integer(*command, "--border", arguments->border, 0,
-              "value of pixels that the camera did not see (0)");
-  add_flag(*command, "--mask", arguments->mask, "write mask.png: 255 where the camera saw, else 0");
+              "value of pixels that the camera did not see (0)")
+      .seldom();
+  add_flag(*command, "--mask", arguments->mask, "write mask.png: 255 where the camera saw, else 0")
+      .seldom();
   add_flag(*command, "--maps", arguments->maps,
            "write map.npy for cv::remap: float32, height x width x 2 (x, y)");
-  add_flag(*command, "--force", arguments->force, "replace files of an earlier run");
+  add_flag(*command, "--force", arguments->force, "replace files of an earlier run").seldom();
   add_threads(*command, arguments->threads);
-  add_footer(
-      *command,
-      "Example: tagcal reproject --camera camera.yaml photo.jpg --undistort all --out flat\n"
-      "         tagcal reproject --camera camera.yaml photo.jpg --plane --target board.yaml \\\n"
-      "                          --m-per-px 0.001 --out top");
-  return {command, [arguments] { return run(*arguments); }};
+  add_footer(*command,
+             "Example: tagcal reproject --camera c.yaml photo.jpg --undistort all --out flat\n"
+             "         tagcal reproject --camera c.yaml photo.jpg --plane --target b.yaml \\\n"
+             "                          --m-per-px 0.001 --out top");
+  return {command, [arguments] { return run(*arguments); }, true};
 }
 
 }  // namespace tagcal::tools

@@ -7,6 +7,7 @@
 #include <variant>
 
 #include "job/input.hpp"
+#include "job/messages.hpp"
 #include "job/plane_poses.hpp"
 #include "job/progress.hpp"
 #include "tagcal/error.hpp"
@@ -177,20 +178,19 @@ void ReprojectRun::write_picture(const fs::path& folder, const Job& job, int thr
       read_picture(pictures_.files[job.picture]));
 }
 
-std::string ReprojectRun::report() const {
-  std::string text;
+void ReprojectRun::say_report() const {
   for (std::size_t t = 0; t < targets_.size(); ++t) {
     const std::string& name = targets_[t].folder;
     const fs::path folder =
         name.empty() ? fs::path(arguments_.out) : arguments_.out / fs::path(name);
     const auto count = std::ranges::count(jobs_, t, &Job::target);
-    text += fmt::format("wrote {}: {}, {} ({}){}{}\n", folder.string(), count_text(count),
-                        target_file_name(targets_[t].target), described(targets_[t].target),
-                        arguments_.maps ? ", map.npy" : "",
-                        shares_[t] >= 0 ? fmt::format(", {:.1f} % seen", 100 * shares_[t]) : "");
-    if (shares_[t] == 0) text += "warning: the camera sees nothing of it\n";
+    say_wrote(
+        folder,
+        fmt::format("{}, {} ({}){}{}", count_text(count), target_file_name(targets_[t].target),
+                    described(targets_[t].target), arguments_.maps ? ", map.npy" : "",
+                    shares_[t] >= 0 ? fmt::format(", {:.1f} % seen", 100 * shares_[t]) : ""));
+    if (shares_[t] == 0) print_to_stderr("warning: the camera sees nothing of it\n");
   }
-  return text;
 }
 
 }  // namespace tagcal::tools

@@ -43,7 +43,7 @@ class ReprojectRun {
 
   void write(const std::filesystem::path& folder);
 
-  std::string report() const;
+  void say_report() const;
 
  private:
   // One new picture of one picture.

@@ -140,8 +140,9 @@ int run(const Arguments& arguments) {
     write_whole(arguments.out, rig_yaml(answer));
     say_wrote(arguments.out);
   }
-  print_result(arguments.json ? rig_json(rig, answer, options.reference)
-                              : rig_summary(answer, options.reference));
+  print_answer(arguments.json ? rig_json(rig, answer, options.reference)
+                              : rig_summary(answer, options.reference),
+               arguments.json, answered ? arguments.out : "");
   if (!answered && !arguments.out.empty())
     print_to_stderr("tagcal: {}: not written, there is no answer\n", arguments.out);
   return answered ? kAnswer : kNoAnswer;
@@ -156,7 +157,6 @@ Command add_rig(CLI::App& app) {
   add_option(*command, "FOLDER", arguments->input.inputs,
              "a data set with the key rig, or for each camera a folder of pictures, a pattern "
              "('left*.png') or a data set")
-      .text(" ")
       .required();
   add_option(*command, "--target", arguments->targets,
              "a board in the pictures: a target file. Of several, the places in one another are "
@@ -166,7 +166,8 @@ Command add_rig(CLI::App& app) {
   add_picture_options(*command, arguments->input);
   add_flag(*command, "--find-boards", arguments->find_boards,
            "the boards of the data set stand still, but not at the places that it says: estimate "
-           "these");
+           "these")
+      .seldom();
   add_option(*command, "--observations", arguments->corners,
              "files with the corners of each camera, in the order of the folders")
       .separated_by(',')
@@ -179,26 +180,31 @@ Command add_rig(CLI::App& app) {
   add_option(*command, "--cameras", arguments->lenses,
              "joint: lenses are estimated with the extrinsics; fixed: as --camera says, with its "
              "standard deviations; start: estimated from there")
-      .one_of({"joint", "fixed", "start"});
+      .one_of({"joint", "fixed", "start"})
+      .text("HOW");
   add_option(*command, "--camera", arguments->cameras,
              "a camera's file of any format, for --cameras fixed or start")
       .text("NAME=FILE")
       .repeatable();
-  add_option(*command, "--model", arguments->models,
-             "model of all cameras, or of one: auto, " + model_names())
+  add_option(
+      *command, "--model", arguments->models,
+      fmt::format("model of all cameras, or of one: auto, {}", fmt::join(model_names(), ", ")))
+      .suggests(model_names())
       .text("M|NAME=M")
       .repeatable();
   add_option(*command, "--reference", arguments->reference,
              "the camera whose frame is that of the rig; default: the first")
+      .seldom()
       .text("NAME");
   add_option(*command, "--out", arguments->out, "file for the rig, written if there is an answer")
-      .text("FILE");
+      .text("FILE")
+      .writes_text();
   add_flag(*command, "--json", arguments->json, "one JSON object on stdout");
   add_threads(*command, arguments->threads);
   add_footer(*command,
              "Example: tagcal rig left right --target board.yaml --out rig.yaml\n"
-             "         tagcal rig stereo --cameras fixed --camera left=l.yaml --camera "
-             "right=r.yaml");
+             "         tagcal rig stereo --cameras fixed --camera left=l.yaml \\\n"
+             "                           --camera right=r.yaml");
   return {command, [arguments] { return run(*arguments); }};
 }
 

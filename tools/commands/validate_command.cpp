@@ -188,7 +188,7 @@ int run_rig(const Arguments& arguments) {
                        {"places_beyond_5_sd", data.truth ? Json(num_beyond) : Json()},
                        {"cameras", cameras},
                        {"places", places}};
-  print_result(arguments.json ? json_text(answer) : text);
+  print_answer(arguments.json ? json_text(answer) : text, arguments.json);
   return passed ? kAnswer : kCheckFailed;
 }
 
@@ -207,8 +207,9 @@ int run(const Arguments& arguments) {
   validation.warnings.insert(validation.warnings.begin(), input.warnings.begin(),
                              input.warnings.end());
   const bool passed = passes(validation, arguments);
-  print_result(arguments.json ? json_text(validation_json(validation, file.model, passed))
-                              : summary(validation, file.model));
+  print_answer(arguments.json ? json_text(validation_json(validation, file.model, passed))
+                              : summary(validation, file.model),
+               arguments.json);
   return passed ? kAnswer : kCheckFailed;
 }
 
@@ -220,11 +221,10 @@ Command add_validate(CLI::App& app) {
   const auto arguments = std::make_shared<Arguments>();
   add_option(*command, "CALIBRATION", arguments->calibration,
              "a camera's file, of any format (tagcal convert), or that of a rig")
-      .text(" ")
       .required();
   add_option(*command, "--dataset", arguments->dataset,
              "a folder with dataset.yaml; of a rig for the file of a rig")
-      .text("DATASET REQUIRED")
+      .text("DATASET")
       .required();
   add_option(*command, "--observations", arguments->observations,
              "corners found before (tagcal detect), instead of those of the data set")

@@ -114,7 +114,8 @@ int run(const Arguments& arguments) {
     print_to_stderr("{}: no pose of the camera\n", input.image);
     return kNoAnswer;
   }
-  print_result(naming(arguments.choice.input, [&] { return answer(arguments, input); }));
+  print_answer(naming(arguments.choice.input, [&] { return answer(arguments, input); }),
+               arguments.json || arguments.svg || arguments.opengl);
   return kAnswer;
 }
 
@@ -127,7 +128,6 @@ Command add_view(CLI::App& app) {
   ViewChoice& choice = arguments->choice;
   add_option(*command, "INPUT", choice.input,
              "a scene, the folder of a data set (its truth), or a calibration (no scene)")
-      .text(" ")
       .required();
   add_option(*command, "--camera", choice.camera,
              "for a data set: the camera of this file, and the pose that the view's corners give")

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <charconv>
 #include <chrono>
@@ -36,6 +37,7 @@ struct Arguments {
   double timeout_s = 0;
   double every_s = 0.5;
   bool no_cache = false;
+  bool json = false;
   int threads = 0;
 };
 
@@ -86,6 +88,7 @@ int run(const Arguments& arguments) {
   options.folder = arguments.folder;
   options.goal_px = goal_of(arguments.until);
   options.timeout_s = arguments.timeout_s;
+  options.json = arguments.json;
   constexpr double kDay_s = 86400;  // longer pauses are shortened to it
   options.every = std::chrono::milliseconds(
       std::max(1L, std::lround(1000 * std::min(kDay_s, arguments.every_s))));
@@ -113,13 +116,13 @@ Command add_watch(CLI::App& app) {
       add_command(app, "watch", "calibrate while pictures are being taken: what to show next");
   const auto arguments = std::make_shared<Arguments>();
   add_option(*command, "FOLDER", arguments->folder, "the folder into which the pictures come")
-      .text(" ")
       .required();
   add_option(*command, "--target", arguments->target, "the board in the pictures: a target file")
-      .text("T.yaml REQUIRED")
+      .text("T.yaml")
       .required();
   add_length(*command, "--tag-size", arguments->tag_size_m,
-             "side of the tags in metres, if --target is a field layout of WPILib (0.1651)");
+             "side of the tags in metres, if --target is a field layout of WPILib (0.1651)")
+      .seldom();
   add_option(*command, "--out", arguments->out,
              "file for the camera, written whole after each picture that leaves an answer; "
              "default: FOLDER.camera.yaml, beside the folder")
@@ -128,18 +131,25 @@ Command add_watch(CLI::App& app) {
              "end once the largest standard deviation of the projection at infinity over the image "
              "is at most this (0.1px), with corners in all parts of the image and 6 pictures")
       .text("Xpx");
-  add_option(*command, "--model", arguments->model, "auto, " + model_names()).text("M");
+  std::vector<std::string> models = model_names();
+  models.insert(models.begin(), "auto");
+  add_option(*command, "--model", arguments->model, fmt::format("{}", fmt::join(models, ", ")))
+      .one_of(models)
+      .text("M");
   add_positive(*command, "--timeout", arguments->timeout_s,
                "end after this many seconds without a new picture; default: never");
   add_positive(*command, "--every", arguments->every_s,
-               "seconds between two looks at the folder (0.5)");
+               "seconds between two looks at the folder (0.5)")
+      .seldom();
+  add_flag(*command, "--json", arguments->json,
+           "at the end one JSON object on stdout, as of tagcal calibrate; all else on stderr");
   add_no_cache(*command, arguments->no_cache);
   add_threads(*command, arguments->threads);
   add_footer(*command,
              "Example: tagcal watch photos --target board.yaml --until 0.1px\n"
-             "         tagcal watch photos --target board.yaml --out camera.yaml --timeout 120\n"
-             "Exit codes: 0 a calibration (with --until: the goal is met), 1 the goal is not met,\n"
-             "            2 bad input, 3 no calibration.");
+             "         tagcal watch photos --target board.yaml --out c.yaml --timeout 120\n"
+             "Exit codes: 0 a calibration (with --until: the goal is met),\n"
+             "            1 the goal is not met, 2 bad input, 3 no calibration.");
   return {command, [arguments] { return run(*arguments); }};
 }
 

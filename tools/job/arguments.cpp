@@ -1,12 +1,16 @@
 #include "job/arguments.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/App.hpp>
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <span>
+#include <utility>
 
 #include "tagcal/camera/model.hpp"
 #include "tagcal/io/text/length_text.hpp"
@@ -26,7 +30,72 @@ std::optional<T> number_of(const std::string& text) {
 // A script's empty variable is no value, and must not be taken for an option that was left out.
 std::string not_empty(const std::string& text) { return text.empty() ? "must not be empty" : ""; }
 
+std::string not_stdout(const std::string& text) {
+  return text == "-" ? "- is standard output, which takes text only: give a name" : "";
+}
+
+// Option names by group; all others are of the model, or of what a command does.
+constexpr std::string_view kInputs[] = {
+    "--target", "--tag-size", "--refinement",  "--exclude",    "--strict",      "--observations",
+    "--family", "--dataset",  "--camera",      "--one-camera", "--border-bits", "--view",
+    "--poses",  "--pair",     "--find-boards", "--cameras",    "--image-size"};
+constexpr std::string_view kOutputs[] = {
+    "--out",     "--json",     "--draw",   "--report", "--uncertainty", "--verbose",
+    "--quiet",   "--explain",  "--advise", "--mask",   "--maps",        "--force",
+    "--picture", "--svg",      "--opengl", "--steps",  "--tiles",       "--depth-unit-m",
+    "--csv",     "--distance", "--to",     "--dpi"};
+constexpr std::string_view kSpeeds[] = {"--threads", "--no-cache", "--resume", "--every"};
+
+std::string group_of(const std::string& name) {
+  if (!name.starts_with('-')) return std::string(kOptionGroups[0]);
+  for (const auto& [names, group] : {std::pair(std::span<const std::string_view>(kInputs), 0),
+                                     {std::span<const std::string_view>(kOutputs), 2},
+                                     {std::span<const std::string_view>(kSpeeds), 3}})
+    if (std::ranges::find(names, name) != names.end())
+      return std::string(kOptionGroups[static_cast<std::size_t>(group)]);
+  return std::string(kOptionGroups[1]);
+}
+
+// All options of the commands come through here.
+Option in_group(const std::string& name, CLI::Option* option) {
+  return Option(option->group(group_of(name)));
+}
+
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = std::exchange(row[0], i + 1);
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t change = diagonal + (a[i] == b[j] ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({change, row[j] + 1, diagonal + 1});
+    }
+  }
+  return row.back();
+}
+
 }  // namespace
+
+std::string alternatives(const std::vector<std::string>& words) {
+  std::string text;
+  for (std::size_t i = 0; i < words.size(); ++i)
+    text += (i == 0 ? "" : i + 1 < words.size() ? ", " : " or ") + words[i];
+  return text;
+}
+
+std::string did_you_mean(std::string_view word, const std::vector<std::string>& known) {
+  std::size_t least = std::min<std::size_t>(2, word.size() - 1);  // a word of one letter is no typo
+  std::vector<std::string> nearest;
+  for (const std::string& name : known) {
+    const std::size_t distance = edit_distance(word, name);
+    if (distance < least) nearest.clear();
+    if (distance > least) continue;
+    least = distance;
+    nearest.push_back(name);
+  }
+  return nearest.empty() ? "" : fmt::format(" (did you mean {}?)", alternatives(nearest));
+}
 
 Option& Option::text(const std::string& text) {
   option_->option_text(text);
@@ -44,7 +113,33 @@ Option& Option::excludes(const Option& other) {
 }
 
 Option& Option::one_of(std::vector<std::string> values) {
-  option_->check(CLI::IsMember(std::move(values)));
+  const std::string list = fmt::format("{{{}}}", fmt::join(values, ","));
+  const auto is_known = [values = std::move(values)](const std::string& text) {
+    if (std::ranges::find(values, text) != values.end()) return std::string();
+    return fmt::format("must be {}, got {}{}", alternatives(values), text,
+                       did_you_mean(text, values));
+  };
+  option_->check(is_known, list, "");
+  return *this;
+}
+
+Option& Option::suggests(const std::vector<std::string>& values) {
+  option_->check([](const std::string&) { return std::string(); },
+                 fmt::format("{{{}}}", fmt::join(values, ",")), "");
+  return *this;
+}
+
+Option& Option::writes_text() {
+  const auto named = [](std::string& text) {
+    if (text == "-") text = "/dev/stdout";
+    return std::string();
+  };
+  option_->transform(CLI::Validator(named, "", ""));
+  return *this;
+}
+
+Option& Option::seldom() {
+  option_->group(option_->get_group() + kSeldomSign);
   return *this;
 }
 
@@ -67,52 +162,57 @@ CLI::App* add_command(CLI::App& app, const std::string& name, const std::string&
   return app.add_subcommand(name, description);
 }
 
-void add_footer(CLI::App& command, const std::string& text) { command.footer(text); }
+void add_footer(CLI::App& command, const std::string& examples, const std::string& notes) {
+  command.footer(notes.empty() ? examples : examples + kNotesBegin + notes);
+}
 
 Option add_option(CLI::App& command, const std::string& name, std::string& value,
                   const std::string& help) {
-  return Option(command.add_option(name, value, help)->check(not_empty, "", ""));
+  CLI::Option* const option = command.add_option(name, value, help)->check(not_empty, "", "");
+  if (name == "--out") option->check(not_stdout, "", "");
+  return in_group(name, option);
 }
 
 Option add_option(CLI::App& command, const std::string& name, std::vector<std::string>& values,
                   const std::string& help) {
-  return Option(command.add_option(name, values, help)->check(not_empty, "", ""));
+  return in_group(name, command.add_option(name, values, help)->check(not_empty, "", ""));
 }
 
 Option add_option(CLI::App& command, const std::string& name, std::uint64_t& value,
                   const std::string& help) {
-  return Option(command.add_option(name, value, help));
+  return in_group(name, command.add_option(name, value, help));
 }
 
 Option add_flag(CLI::App& command, const std::string& name, bool& value, const std::string& help) {
-  return Option(command.add_flag(name, value, help));
+  return in_group(name, command.add_flag(name, value, help));
 }
 
 Option add_integer(CLI::App& command, const std::string& name, int& value, int minimum,
                    const std::string& help) {
-  return Option(command.add_option(name, value, help)
-                    ->check(
-                        [minimum](const std::string& text) {
-                          const std::optional<int> number = number_of<int>(text);
-                          if (number && *number >= minimum) return std::string();
-                          return fmt::format("must be a whole number, {} or more, got {}", minimum,
-                                             text);
-                        },
-                        "", "")
-                    ->option_text("N"));
+  return in_group(name, command.add_option(name, value, help)
+                            ->check(
+                                [minimum](const std::string& text) {
+                                  const std::optional<int> number = number_of<int>(text);
+                                  if (number && *number >= minimum) return std::string();
+                                  return fmt::format("must be a whole number, {} or more, got {}",
+                                                     minimum, text);
+                                },
+                                "", "")
+                            ->option_text("N"));
 }
 
 Option add_positive(CLI::App& command, const std::string& name, double& value,
                     const std::string& help) {
-  return Option(command.add_option(name, value, help)
-                    ->check(
-                        [](const std::string& text) {
-                          const std::optional<double> number = number_of<double>(text);
-                          if (number && std::isfinite(*number) && *number > 0) return std::string();
-                          return fmt::format("must be a finite number > 0, got {}", text);
-                        },
-                        "", "")
-                    ->option_text("X"));
+  return in_group(name, command.add_option(name, value, help)
+                            ->check(
+                                [](const std::string& text) {
+                                  const std::optional<double> number = number_of<double>(text);
+                                  if (number && std::isfinite(*number) && *number > 0)
+                                    return std::string();
+                                  return fmt::format("must be a finite number > 0, got {}", text);
+                                },
+                                "", "")
+                            ->option_text("X"));
 }
 
 Option add_length(CLI::App& command, const std::string& name, double& metres,
@@ -124,16 +224,15 @@ Option add_length(CLI::App& command, const std::string& name, double& metres,
     text = fmt::format("{}", *length);
     return std::string();
   };
-  return Option(command.add_option(name, metres, help)
-                    ->transform(CLI::Validator(in_metres, "", ""))
-                    ->option_text("LENGTH"));
+  return in_group(name, command.add_option(name, metres, help)
+                            ->transform(CLI::Validator(in_metres, "", ""))
+                            ->option_text("LENGTH"));
 }
 
-std::string model_names() {
-  std::string names;
+std::vector<std::string> model_names() {
+  std::vector<std::string> names;
   for (const Model& model : Model::all())
-    if (model.kind().is_central)
-      names += fmt::format("{}{}", names.empty() ? "" : ", ", model.name());
+    if (model.kind().is_central) names.emplace_back(model.name());
   return names;
 }
 

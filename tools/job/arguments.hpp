@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <initializer_list>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -24,6 +23,9 @@ class Option {
   Option& required();
   Option& excludes(const Option& other);
   Option& one_of(std::vector<std::string> values);
+  Option& suggests(const std::vector<std::string>& values);  // to a shell; others are possible
+  Option& writes_text();  // "-" is stdout; an option --out without this refuses it
+  Option& seldom();       // only --help-all shows it
   Option& separated_by(char separator);
   Option& repeatable();  // one value each time
   Option& description(const std::string& text);
@@ -33,7 +35,17 @@ class Option {
 };
 
 CLI::App* add_command(CLI::App& app, const std::string& name, const std::string& description);
-void add_footer(CLI::App& command, const std::string& text);
+
+// Examples at the end of --help, and notes below them that only --help-all shows.
+void add_footer(CLI::App& command, const std::string& examples, const std::string& notes = "");
+inline constexpr char kNotesBegin = '\f';
+
+// The groups of --help in their order. An option is in the same one in every command, by its name.
+inline constexpr std::string_view kOptionGroups[] = {"Input", "Options", "Output", "Speed"};
+inline constexpr char kSeldomSign = '+';  // at the end of the group of an option that is seldom
+
+// " (did you mean X?)": the nearest of the known words, if one or two letters are wrong.
+std::string did_you_mean(std::string_view word, const std::vector<std::string>& known);
 
 Option add_option(CLI::App& command, const std::string& name, std::string& value,
                   const std::string& help);
@@ -54,9 +66,12 @@ Option add_positive(CLI::App& command, const std::string& name, double& value,
 Option add_length(CLI::App& command, const std::string& name, double& metres,
                   const std::string& help);
 
-// "f, f+c, ..": the models that one lens can have, for the help of --model. (`weak` has a scale of
-// its own in each view.)
-std::string model_names();
+// "f, f+c, ..": the models that one lens can have, for --model. (`weak` has a scale of its own in
+// each view.)
+std::vector<std::string> model_names();
+
+// "fit, edges or stock"
+std::string alternatives(const std::vector<std::string>& words);
 
 // --threads; 0: one per core.
 Option add_threads(CLI::App& command, int& threads);

@@ -16,6 +16,7 @@ enum ExitCode : int { kAnswer = 0, kCheckFailed = 1, kBadInput = 2, kNoAnswer = 
 struct Command {
   CLI::App* arguments = nullptr;
   std::function<int()> run;
+  bool only_writes = false;  // no result on stdout: --json says what was written
 };
 
 }  // namespace tagcal::tools

@@ -29,15 +29,13 @@ EarlierResults earlier_results(const Input& input, std::optional<CornerCache>& c
 }
 
 void save(CornerCache& cache, Input& input, bool says_so) {
-  const bool written = cache.save();
+  cache.save();
   if (!cache.warning().empty()) input.warnings.push_back(cache.warning());
   if (!says_so) return;
   if (cache.num_reused() > 0) {
-    print_to_stderr(
-        "corners of {} of {} pictures are those of {} (--no-cache: detect them again)\n",
-        cache.num_reused(), input.images.size(), input.cache.string());
+    print_note("corners of {} of {} pictures are those of {} (--no-cache: detect them again)\n",
+               cache.num_reused(), input.images.size(), input.cache.string());
   }
-  if (written) say_wrote(input.cache);
 }
 
 void take_over(std::vector<DetectedPicture> found, std::vector<std::string> warnings,

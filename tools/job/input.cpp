@@ -154,7 +154,6 @@ void add_input(CLI::App& command, InputArguments& arguments) {
   add_option(command, "DATASET|IMAGE", arguments.inputs,
              "a folder with dataset.yaml, or (with --target) pictures: files, folders, patterns "
              "('photos/*.png') or @LIST, a file with one of these a line")
-      .text(" ")
       .required();
   add_option(command, "--target", arguments.target, "the board in the pictures: a target file")
       .text("T.yaml");
@@ -165,28 +164,32 @@ void add_picture_options(CLI::App& command, InputArguments& arguments) {
   arguments.takes_pictures = true;
   add_length(command, "--tag-size", arguments.tag_size_m,
              "side of the tags in metres, black edge to black edge, if --target is a field layout "
-             "of WPILib, which does not state it (0.1651)");
+             "of WPILib, which does not state it (0.1651)")
+      .seldom();
   add_option(command, "--refinement", arguments.refinement,
              "how corners are located in pictures: fit (of the whole printed tag, with "
              "covariances; the default), edges (of its four sides) or stock (AprilTag's own)")
       .one_of({"fit", "edges", "stock"})
-      .text("R");
+      .text("R")
+      .seldom();
   add_option(command, "--exclude", arguments.excluded,
-             "leave out this picture: a name, or a pattern ('blurred*'); may be repeated")
+             "a picture to leave out, or a pattern ('blurred*')")
       .text("NAME")
       .repeatable();
   add_flag(command, "--strict", arguments.strict,
-           "a picture that cannot be read ends the run; default: it is left out with a warning");
+           "a picture that cannot be read ends the run; default: it is left out with a warning")
+      .seldom();
 }
 
 void add_no_cache(CLI::App& command, bool& no_cache) {
   add_flag(command, "--no-cache", no_cache,
-           "detect all corners again, and keep none beside --out (FILE.corners-cache)");
+           "detect all corners again, and keep none beside --out (FILE.corners-cache)")
+      .seldom();
 }
 
 void add_observations(CLI::App& command, InputArguments& arguments) {
   add_option(command, "--observations", arguments.observations,
-             "file with corners (of tagcal detect), instead of those of the data set")
+             "corners of tagcal detect, instead of the data set's")
       .text("CSV");
 }
 

@@ -11,14 +11,35 @@
 #include "tagcal/io/text_file.hpp"
 
 namespace tagcal::tools {
+namespace {
+
+bool& quiet_now() {
+  static bool quiet = false;
+  return quiet;
+}
+
+std::optional<Record>& record_now() {
+  static std::optional<Record> record;
+  return record;
+}
+
+}  // namespace
 
 std::FILE* message_stream() {
   static std::FILE* const stream = stderr;
   return stream;
 }
 
+void set_quiet(bool quiet) { quiet_now() = quiet; }
+bool is_quiet() { return quiet_now(); }
+
+void begin_record() { record_now().emplace(); }
+const Record& record() { return *record_now(); }
+
 void write_message(std::string_view text) {
-  const std::string plain = without_controls(text);
+  if (record_now()) record_now()->messages.emplace_back(trimmed(text, "\n"));
+  const std::optional<std::size_t> columns = columns_of_stream(STDERR_FILENO);
+  const std::string plain = without_controls(columns ? fitted(text, *columns) : text);
   std::fwrite(plain.data(), 1, plain.size(), message_stream());
 }
 
@@ -29,16 +50,39 @@ void print_result(const std::string& result) {
     throw Error(std::string("standard output: cannot be written: ") + std::strerror(errno));
 }
 
+void print_text(const std::string& text) {
+  if (record_now())
+    record_now()->messages.emplace_back(trimmed(without_colours(text), "\n"));
+  else
+    print_result(columns_of_stream(STDOUT_FILENO) ? fitted(text, text_columns()) : text);
+}
+
 void print_summary(const std::string& text, const std::filesystem::path& out) {
-  std::error_code none;
-  if (std::filesystem::is_regular_file(out, none) && !is_stream(out)) return print_result(text);
+  if (is_quiet()) return;
+  if (!out.empty() && !is_stream(out)) return print_text(text);
   print_to_stderr("{}", without_colours(text));
+}
+
+void print_answer(const std::string& answer, bool is_json, const std::filesystem::path& out) {
+  if (is_quiet() && !is_json && !out.empty()) return;
+  if (is_stream(out)) return print_to_stderr("{}", without_colours(answer));
+  return is_json ? print_result(answer) : print_text(answer);
+}
+
+void write_table(const std::string& csv, const std::filesystem::path& out, bool is_json) {
+  if (is_json && (out.empty() || is_stream(out))) return;
+  if (out.empty()) return print_result(csv);
+  write_whole(out, csv);
+  say_wrote(out);
 }
 
 void say_wrote(const std::filesystem::path& file, const std::string& content) {
   std::error_code unknown;
-  if (std::filesystem::exists(file, unknown) && !is_stream(file))
-    print_to_stderr("wrote {}{}{}\n", file.string(), content.empty() ? "" : ": ", content);
+  if (!std::filesystem::exists(file, unknown) || is_stream(file)) return;
+  if (record_now())
+    record_now()->files.emplace_back(file.string(), content);
+  else
+    print_note("wrote {}{}{}\n", file.string(), content.empty() ? "" : ": ", content);
 }
 
 Error named_error(const std::string& name, const Error& error) {

@@ -48,8 +48,7 @@ bool is_unread_kind(const fs::path& file) {
 
 std::vector<fs::path> pictures_in(const fs::path& folder) {
   std::vector<fs::path> files = list_pictures(folder);
-  for (const auto& entry : fs::directory_iterator(folder))
-    if (is_unread_kind(entry.path()) && entry.is_regular_file()) files.push_back(entry.path());
+  for (const fs::path& file : files_not_read(folder)) files.push_back(file);
   std::ranges::sort(files);
   if (!files.empty()) return files;
   const bool is_data_set = fs::exists(folder / "dataset.yaml");
@@ -108,6 +107,15 @@ std::string odd_text(const fs::path& file, const ImageSize& size, const ImageSiz
 }
 
 }  // namespace
+
+std::vector<fs::path> files_not_read(const fs::path& folder) {
+  std::vector<fs::path> files;
+  std::error_code error;  // the folder has gone
+  for (const auto& entry : fs::directory_iterator(folder, error))
+    if (is_unread_kind(entry.path()) && entry.is_regular_file(error)) files.push_back(entry.path());
+  std::ranges::sort(files);
+  return files;
+}
 
 std::vector<fs::path> picture_files(const std::vector<std::string>& arguments) {
   std::vector<fs::path> files;

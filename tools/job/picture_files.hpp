@@ -16,6 +16,10 @@ namespace tagcal::tools {
 // twice.
 std::vector<std::filesystem::path> picture_files(const std::vector<std::string>& arguments);
 
+// Files of a folder that people have beside pictures and that are not read: HEIC, videos, bags.
+// They are opened for the message that says what to do.
+std::vector<std::filesystem::path> files_not_read(const std::filesystem::path& folder);
+
 // Patterns that leave out pictures: by file name, or by the given path. Each may have * ? [ ].
 class Exclusion {
  public:

@@ -1,17 +1,50 @@
 #include "job/plain_text.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <nlohmann/json.hpp>
+#include <vector>
+
+#include "tagcal/io/text_file.hpp"
 
 namespace tagcal::tools {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
+Json field_json(std::string_view field) {
+  if (field.empty()) return {};
+  double number = 0;
+  const char* const last = field.data() + field.size();
+  const auto [end, error] = std::from_chars(field.data(), last, number);
+  return error == std::errc() && end == last ? Json(number) : Json(field);
+}
+
 }  // namespace
 
 std::string json_text(const Json& value, int indent) {
   return value.dump(indent, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+nlohmann::ordered_json rows_json(std::string_view csv) {
+  CsvFields line;
+  std::vector<std::string> names;
+  Json rows = Json::array();
+  while (!csv.empty()) {
+    const std::size_t end = std::min(csv.find('\n'), csv.size());
+    line.split(csv.substr(0, end));
+    csv.remove_prefix(std::min(end + 1, csv.size()));
+    const auto& fields = line.fields();
+    if (names.empty()) {
+      names.assign(fields.begin(), fields.end());
+      continue;
+    }
+    Json row;
+    for (std::size_t i = 0; i < std::min(names.size(), fields.size()); ++i)
+      row[names[i]] = field_json(fields[i]);
+    rows.push_back(std::move(row));
+  }
+  return rows;
 }
 
 std::string one_line_text(std::string_view text) {

@@ -12,6 +12,9 @@ namespace tagcal::tools {
 // JSON with a line end. What is not UTF-8 becomes U+FFFD. An indent of -1: all in one line.
 std::string json_text(const nlohmann::ordered_json& value, int indent = 2);
 
+// The rows of CSV with a header, each an object: numbers, texts, and null for an empty field.
+nlohmann::ordered_json rows_json(std::string_view csv);
+
 // The text as one line of UTF-8: "?" for each control character, U+FFFD as in JSON.
 std::string one_line_text(std::string_view text);
 

@@ -13,7 +13,8 @@
 namespace tagcal::tools {
 namespace {
 
-constexpr std::chrono::milliseconds kBeforeFirst{1000};
+constexpr std::chrono::milliseconds kBeforeBar{1000};
+constexpr std::chrono::milliseconds kBeforeLine{10000};  // in a pipe only long runs say so
 constexpr std::chrono::milliseconds kBetweenBars{100};
 constexpr std::chrono::milliseconds kBetweenLines{3000};
 constexpr int kBarCells = 25;
@@ -51,6 +52,7 @@ std::string progress_text(std::string_view label, int done, int total, double se
 }
 
 Progress::Progress(std::string label, int total) : label_(std::move(label)), total_(total) {
+  if (is_quiet()) return;
   try {
     watcher_ = std::jthread([this](const std::stop_token& stop) { watch(stop); });
   } catch (const std::system_error&) {
@@ -63,7 +65,8 @@ void Progress::watch(const std::stop_token& stop) {
   const Stopwatch watch;
   bool shown = false;
   std::unique_lock lock(mutex_);
-  for (auto pause = kBeforeFirst;; pause = on_terminal ? kBetweenBars : kBetweenLines) {
+  for (auto pause = on_terminal ? kBeforeBar : kBeforeLine;;
+       pause = on_terminal ? kBetweenBars : kBetweenLines) {
     wake_.wait_for(lock, stop, pause, [] { return false; });
     if (stop.stop_requested()) break;
     show(watch.seconds(), on_terminal);

@@ -17,8 +17,9 @@ std::string progress_text(std::string_view label, int done, int total, double se
 // "59 s", "2 min 5 s", "1 h 10 min".
 std::string duration_text(double seconds);
 
-// Prints the progress of a job on stderr after its first second: a bar on a terminal, a line every
-// few seconds if stderr is piped. With a `total` of 0 it prints the time only.
+// Prints the progress of a job on stderr, unless --quiet: a bar on a terminal after the first
+// second, a line every few seconds if stderr is piped, after the first ten. With a `total` of 0 it
+// prints the time only.
 class Progress {
  public:
   explicit Progress(std::string label, int total = 0);

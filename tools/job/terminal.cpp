@@ -1,9 +1,11 @@
 #include "job/terminal.hpp"
 
 #include <fmt/format.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <cstdlib>
 
@@ -47,6 +49,48 @@ std::size_t visible_width(std::string_view text) {
   return without_colours(text.substr(text.rfind('\n') + 1)).size();
 }
 
+std::string wrapped_to(std::size_t columns, std::string_view first, std::string_view text,
+                       std::size_t indent) {
+  std::string result(first);
+  std::size_t column = visible_width(first);
+  bool line_has_word = false;
+  std::size_t blanks = 1;  // before the word: more than one in a table
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find(' '), text.size());
+    const std::string_view word = text.substr(0, end);
+    text.remove_prefix(std::min(end + 1, text.size()));
+    if (word.empty()) {
+      ++blanks;
+      continue;
+    }
+    if (line_has_word && column + blanks + visible_width(word) > columns) {
+      result += "\n" + std::string(indent, ' ');
+      column = indent;
+      line_has_word = false;
+    }
+    const std::size_t gap = line_has_word ? blanks : 0;
+    result += std::string(gap, ' ');
+    result += word;
+    column += gap + visible_width(word);
+    line_has_word = true;
+    blanks = 1;
+  }
+  return result + "\n";
+}
+
+// Bytes of a label and the two blanks or more behind it, with which a line begins; 0: none.
+std::size_t indent_of_label(std::string_view line) {
+  const std::size_t begin = std::min(line.find_first_not_of(' '), line.size());
+  const std::size_t gap = line.find("  ", begin);
+  return gap == line.npos ? 0 : std::min(line.find_first_not_of(' ', gap), line.size());
+}
+
+std::size_t indent_of_rest(std::string_view line, std::size_t columns) {
+  const std::size_t label = visible_width(line.substr(0, indent_of_label(line)));
+  if (label > 0 && label <= columns / 2) return label;
+  return std::min(line.find_first_not_of(' '), columns / 2) + 2;
+}
+
 }  // namespace
 
 std::string toned(Tone tone, std::string_view text) {
@@ -79,29 +123,48 @@ std::string without_controls(std::string_view text) {
   return plain;
 }
 
+std::optional<std::size_t> columns_of_stream(int stream) {
+  constexpr std::size_t kLeast = 20;  // a narrower terminal wraps words itself
+  std::size_t columns = 0;
+  const char* const stated = std::getenv("COLUMNS");
+  const std::string_view text = stated == nullptr ? "" : stated;
+  std::from_chars(text.data(), text.data() + text.size(), columns);
+  if (winsize size{}; columns == 0 && isatty(stream) == 1 && ioctl(stream, TIOCGWINSZ, &size) == 0)
+    columns = size.ws_col;
+  if (columns == 0) return std::nullopt;
+  return std::clamp(columns, kLeast, kMostColumns);
+}
+
+std::size_t text_columns() {
+  static const std::optional<std::size_t> seen = columns_of_stream(STDOUT_FILENO);
+  static const std::size_t columns =
+      seen ? *seen : columns_of_stream(STDERR_FILENO).value_or(kMostColumns);
+  return columns;
+}
+
 std::string wrapped(std::string_view first, std::string_view text, std::size_t indent) {
-  std::string result(first);
-  std::size_t column = visible_width(first);
-  bool line_has_word = false;
+  return wrapped_to(text_columns(), first, text, indent);
+}
+
+std::string fitted(std::string_view text, std::size_t columns) {
+  std::string result;
   while (!text.empty()) {
-    const std::size_t end = std::min(text.find(' '), text.size());
-    const std::string_view word = text.substr(0, end);
-    text.remove_prefix(std::min(end + 1, text.size()));
-    if (word.empty()) continue;
-    if (line_has_word && column + 1 + word.size() > kTextColumns) {
-      result += "\n" + std::string(indent, ' ');
-      column = indent;
-      line_has_word = false;
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    const std::string_view line = text.substr(0, end);
+    const bool is_whole = end < text.size();
+    text.remove_prefix(end + (is_whole ? 1 : 0));
+    if (visible_width(line) <= columns) {
+      result += line;
+      result += is_whole ? "\n" : "";
+      continue;
     }
-    if (line_has_word) {
-      result += ' ';
-      ++column;
-    }
-    result += word;
-    column += word.size();
-    line_has_word = true;
+    const std::size_t indent = indent_of_rest(line, columns);
+    const std::size_t begin = std::min(line.find_first_not_of(' '), line.size());
+    const std::size_t label = std::max(begin, indent_of_label(line));
+    result += wrapped_to(columns, line.substr(0, label), line.substr(label), indent);
+    if (!is_whole) result.pop_back();
   }
-  return result + "\n";
+  return result;
 }
 
 std::string counted(std::size_t count, std::string_view what) {

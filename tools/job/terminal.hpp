@@ -1,15 +1,23 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 
-// Text for a person at a terminal: at most 100 columns wide, numbers with the digits that their
+// Text for a person at a terminal: as wide as the terminal, numbers with the digits that their
 // standard deviations leave, colour only where stdout is a terminal.
 
 namespace tagcal::tools {
 
-inline constexpr std::size_t kTextColumns = 100;
+inline constexpr std::size_t kMostColumns = 100;
+
+// The columns that a person sees of stdout or stderr: COLUMNS, else the terminal's, at most
+// kMostColumns. Nothing if neither says so: a file or a pipe.
+std::optional<std::size_t> columns_of_stream(int stream);
+
+// The columns of results: those of stdout, else of stderr, else kMostColumns.
+std::size_t text_columns();
 
 enum class Tone {
   good,     // green
@@ -32,6 +40,10 @@ std::string without_controls(std::string_view text);
 // `first` and `text` are one text without a blank between them. A word longer than a line stays
 // whole.
 std::string wrapped(std::string_view first, std::string_view text, std::size_t indent);
+
+// The text with each line that is longer than `columns` wrapped. What follows the first line of it
+// stands below the text behind a label ("rms    0.2 px"), or is indented by 2 more blanks.
+std::string fitted(std::string_view text, std::size_t columns);
 
 // "1 picture", "2 pictures"
 std::string counted(std::size_t count, std::string_view what);

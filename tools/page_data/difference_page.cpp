@@ -75,8 +75,7 @@ std::string title_of(const std::string& file_a, const std::string& file_b) {
 PageJson difference_page(const std::string& file_a, const std::string& file_b, double near_m) {
   const CalibrationFile a = read_camera(file_a), b = read_camera(file_b);
   const std::vector<Comparison> comparisons =
-      compare(file_a, file_b, common_region(a, b),
-              std::array{near_m / 3, near_m, 3 * near_m, kInfinitelyFar});
+      compare(file_a, file_b, common_region(a, b), std::array{near_m, kInfinitelyFar});
   const ComparisonVerdict verdict = verdict_of(comparisons);
   PageJson maps = PageJson::array();
   for (const Comparison& comparison : comparisons) maps.push_back(map_json(comparison));

@@ -64,6 +64,14 @@ void check_page(const fs::path& out, const std::vector<std::string>& inputs) {
   if (fs::exists(out, unknown) && !may_be_replaced(out))
     throw Error(fmt::format("{}: exists and is no HTML page, which the report would replace",
                             out.string()));
+  const std::string ending = out.extension().string();
+  if (ending == ".pdf")
+    throw Error(
+        fmt::format("{0}: the report is an HTML page: --out {1}, which a browser prints "
+                    "as PDF (chromium --headless --print-to-pdf={0} {1})",
+                    out.string(), fs::path(out).replace_extension(".html").string()));
+  if (ending != ".html" && ending != ".htm")
+    throw Error(fmt::format("{}: the report is an HTML page: must end in .html", out.string()));
 }
 
 void write_page(const fs::path& out, const PageJson& data) {

@@ -139,7 +139,7 @@ PageJson projection_maps_json(const PageContent& content) {
   for (const ProjectionUncertainty& p : calibration.projection)
     if (std::isfinite(p.distance_m)) middle = p.distance_m;
   if (middle == 0) middle = 1;
-  for (const double distance : {middle / 3, middle, 3 * middle, kInfinitelyFar})
+  for (const double distance : {middle, kInfinitelyFar})
     list.push_back(map_json(projection_uncertainty(lens, grid, samples, distance)));
   return list;
 }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <numeric>
 
 #include "job/find_corners.hpp"
@@ -169,6 +170,32 @@ std::string tag_summary(const std::vector<std::string>& pictures,
     for (std::size_t i = 0; i < pictures.size(); ++i)
       text += fmt::format("  {}: {}\n", pictures[i], counted(num_tags[i], "tag"));
   return text;
+}
+
+nlohmann::ordered_json detection_json(const Input& input, nlohmann::ordered_json corners) {
+  nlohmann::ordered_json pictures = nlohmann::ordered_json::array();
+  for (const Picture& picture : pictures_of(input)) {
+    pictures.push_back({{"image", picture.name}, {"corners", picture.corners}});
+    if (!has_tags(input.dataset.boards)) continue;
+    pictures.back()["tags"] = picture.tags;
+    pictures.back()["tags_left_out"] = picture.unfitted;
+  }
+  std::vector<std::string> mistakes;
+  for (const auto& mistake : input.mistakes) mistakes.push_back(mistake.text());
+  return {{"pictures", std::move(pictures)},
+          {"mistakes", mistakes},
+          {"warnings", input.warnings},
+          {"corners", std::move(corners)}};
+}
+
+nlohmann::ordered_json tags_json(const std::vector<std::string>& pictures,
+                                 const std::vector<std::size_t>& num_tags, const Input& input,
+                                 nlohmann::ordered_json corners) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < pictures.size(); ++i)
+    list.push_back({{"image", pictures[i]}, {"tags", num_tags[i]}});
+  return {
+      {"pictures", std::move(list)}, {"warnings", input.warnings}, {"corners", std::move(corners)}};
 }
 
 }  // namespace tagcal::tools

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -15,5 +16,11 @@ std::string detection_summary(const Input& input, bool verbose);
 std::string tag_summary(const std::vector<std::string>& pictures,
                         const std::vector<std::size_t>& num_tags, const std::string& family,
                         bool verbose);
+
+// Both for a program: the pictures, what was said about them, and the corners (rows_json).
+nlohmann::ordered_json detection_json(const Input& input, nlohmann::ordered_json corners);
+nlohmann::ordered_json tags_json(const std::vector<std::string>& pictures,
+                                 const std::vector<std::size_t>& num_tags, const Input& input,
+                                 nlohmann::ordered_json corners);
 
 }  // namespace tagcal::tools

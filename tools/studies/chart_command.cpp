@@ -98,10 +98,9 @@ Command add_chart(CLI::App& app) {
   add_option(
       *command, "JOB", a->job,
       fmt::format("{}, or all: each in a folder of its own", fmt::join(chart_job_names(), ", ")))
-      .text("REQUIRED")
       .required();
   add_option(*command, "--out", a->out, "folder for chart.csv, .md, .svg, .png and trials.csv")
-      .text("DIR REQUIRED")
+      .text("DIR")
       .required();
   add_integer(*command, "--trials", a->trials, 1,
               "trials of each panel; default: the number of the job");

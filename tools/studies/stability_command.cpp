@@ -105,7 +105,7 @@ Command add_stability(CLI::App& app) {
   CLI::App* command =
       add_command(app, "stability", "maps of where the methods of tagcal and other libraries fail");
   const auto a = std::make_shared<Arguments>();
-  add_option(*command, "MAP", a->maps, "names of maps (see --list); default: all").text(" ");
+  add_option(*command, "MAP", a->maps, "names of maps (see --list); default: all");
   add_option(*command, "--out", a->out, "folder for atlas.md and each map's .csv and .png")
       .text("DIR");
   add_option(*command, "--from", a->from,

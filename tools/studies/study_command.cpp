@@ -37,7 +37,7 @@ Command add_study(CLI::App& app, Study study) {
   a->options.count = a->study.count;
   a->options.first = a->study.first;
   if (!a->study.inputs.empty()) {
-    Option inputs = add_option(*command, "INPUT", a->options.inputs, a->study.inputs).text(" ");
+    Option inputs = add_option(*command, "INPUT", a->options.inputs, a->study.inputs);
     if (a->study.needs_inputs) inputs.required();
   }
   add_integer(*command, "--count", a->options.count, 1,

@@ -24,5 +24,10 @@ std::vector<Command> command_table(CLI::App& app) {
 
 int main(int argc, char** argv) {
   tagcal::tools::reserve_standard_streams();
-  return tagcal::tools::run_command_line(argc, argv, tagcal::tools::command_table);
+  return tagcal::tools::run_command_line(argc, argv, tagcal::tools::command_table,
+                                         {"Studies of tagcal: its methods beside those of other "
+                                          "libraries, and what its numbers claim.",
+                                          "",
+                                          "Example: tagcal-study chart planar_pose --out chart\n"
+                                          "         tagcal-study calibration_nees --count 20"});
 }

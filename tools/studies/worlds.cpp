@@ -199,7 +199,7 @@ Command add_worlds(CLI::App& app) {
              "write the worst worlds; scene: write one world")
       .one_of({"run", "merge", "worst", "scene"})
       .required();
-  add_option(*command, "FILE", a->files, "of merge and worst: files that `run` wrote").text(" ");
+  add_option(*command, "FILE", a->files, "of merge and worst: files that `run` wrote");
   add_option(*command, "--out", a->out,
              "file to write; of worst a folder; of scene with --corners-only the folder of a data "
              "set");

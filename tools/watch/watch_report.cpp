@@ -12,7 +12,7 @@
 namespace tagcal::tools {
 namespace {
 
-constexpr std::size_t kNameColumns = 20;
+constexpr std::size_t kNameColumns = 14;
 constexpr std::size_t kIndent = 2;
 
 // The end of a long name tells pictures apart.
@@ -45,12 +45,28 @@ std::string pixels(double sigma_px, const ImageSize& size) {
   return has_bound(sigma_px, size) ? two_digits(sigma_px) + " px" : "no bound";
 }
 
-std::string standing_text(const Standing& now, const Standing& before, const ImageSize& size) {
-  const long percent = std::lround(100 * now.coverage);
-  const long more = percent - std::lround(100 * before.coverage);
-  const std::string change = more == 0 ? "" : fmt::format("({:+})", more);
-  return fmt::format("coverage {:>3} % {:<5}  sd of f {}, image {}", percent, change,
+std::string standing_text(const Standing& now, const ImageSize& size) {
+  return fmt::format("coverage {:>3.0f} %  sd of f {}, image {}", 100 * now.coverage,
                      pixels(now.focal_sigma_px, size), pixels(now.largest_px, size));
+}
+
+// Why less is known than before; "" if that is not so.
+std::string why_worse(const Standing& now, const Standing& before) {
+  constexpr double kWorse = 1.1;  // smaller changes are the accuracy of a standard deviation
+  if (!before.has_answer) return "";
+  if (now.model != before.model)
+    return fmt::format("the pictures need {} instead of {}", now.model, before.model);
+  const bool is_worse = now.focal_sigma_px > kWorse * before.focal_sigma_px ||
+                        now.largest_px > kWorse * before.largest_px;
+  if (!is_worse) return "";
+  if (now.num_pictures < before.num_pictures) return "fewer pictures take part";
+  if (now.rms_px > kWorse * before.rms_px)
+    return fmt::format("the residuals rose from {} to {} px rms", two_digits(before.rms_px),
+                       two_digits(now.rms_px));
+  if (now.other_models > before.other_models + 0.01)
+    return fmt::format("lens models other than {} explain the pictures as well (weight {:.0f} %)",
+                       now.model, 100 * now.other_models);
+  return "the pictures differ from one another by more than before";
 }
 
 }  // namespace
@@ -62,6 +78,10 @@ Standing standing_of(const Calibration& calibration) {
   standing.coverage = calibration.seen.share();
   standing.missing = calibration.seen.missing_parts();
   standing.num_pictures = calibration.views.size();
+  standing.model = calibration.model;
+  standing.rms_px = calibration.rms_px;
+  for (const ModelStep& step : calibration.steps)
+    if (step.model != calibration.model) standing.other_models += step.weight;
   for (const Shown& parameter : shown_parameters(calibration))
     if (parameter.name == "fx" || parameter.name == "fy")
       standing.focal_sigma_px = std::max(standing.focal_sigma_px, parameter.sigma);
@@ -123,18 +143,21 @@ std::string news_line(const PictureNews& news) {
   return "";
 }
 
+std::string not_read_line(const std::string& name, const std::string& why) {
+  return wrapped(name_column(name) + toned(Tone::caution, "not read:") + " ", why,
+                 kNameColumns + 2);
+}
+
 std::string step_line(const Step& step, const Calibration& calibration) {
   const std::string start = name_column(step.name) +
                             toned(Tone::good, corners_text(step.num_corners)) +
                             (step.num_corners == 1 ? "   " : "  ");
-  if (!is_answer(calibration.status)) return wrapped(start, not_yet_text(calibration.status), 22);
-  std::string text =
-      start + standing_text(standing_of(calibration), step.before, calibration.camera->image_size) +
-      "\n";
-  if (!step.model_before.empty() && step.model_before != calibration.model)
-    text += fmt::format("  model: {} instead of {}, which changes what is known\n",
-                        calibration.model, step.model_before);
-  return text;
+  if (!is_answer(calibration.status))
+    return wrapped(start, not_yet_text(calibration.status), kNameColumns + 2);
+  const Standing now = standing_of(calibration);
+  const std::string why = why_worse(now, step.before);
+  return wrapped(start + standing_text(now, calibration.camera->image_size),
+                 why.empty() ? "" : ": " + why, kNameColumns + 2);
 }
 
 std::string next_lines(const std::optional<AdvisedView>& advice, const Standing& standing,

@@ -18,6 +18,9 @@ struct Standing {
   double largest_px = 0;             // sd of the projection at infinity over the image
   std::vector<std::string> missing;  // parts of the image without corners
   std::size_t num_pictures = 0;      // that take part
+  std::string model;
+  double rms_px = 0;
+  double other_models = 0;  // their weight in the standard deviations
   bool has_ray_everywhere = false;
 };
 Standing standing_of(const Calibration& calibration);
@@ -35,14 +38,16 @@ std::string what_lacks(const Standing& standing, double goal_px);
 // The line of a picture that did not change the calibration.
 std::string news_line(const PictureNews& news);
 
+// The line of a file that is not read, for a reason.
+std::string not_read_line(const std::string& name, const std::string& why);
+
 // What changed a calibration: one picture, or several at once.
 struct Step {
   std::string name;  // "007.png", or "5 pictures"
   std::size_t num_corners = 0;
   Standing before;
-  std::string model_before;  // "": no answer before
 };
-// A second line names a model that was chosen instead of the one before.
+// A number that got worse has its reason behind it.
 std::string step_line(const Step& step, const Calibration& calibration);
 
 // "  next: .." : the view to take, or what the goal still lacks.

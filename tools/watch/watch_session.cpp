@@ -3,21 +3,26 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <chrono>
 #include <cmath>
 #include <utility>
 
 #include "job/interruption.hpp"
 #include "job/messages.hpp"
+#include "job/picture_files.hpp"
 #include "job/progress.hpp"
 #include "job/terminal.hpp"
 #include "report/calibration_report.hpp"
 #include "tagcal/estimate/findings.hpp"
 #include "tagcal/io/calibration_file.hpp"
+#include "tagcal/io/image_file.hpp"
 #include "tagcal/io/text_file.hpp"
 
 namespace tagcal::tools {
 namespace {
+
+namespace fs = std::filesystem;
 
 constexpr int kMissedLooks = 6;  // a folder that cannot be read so often is gone
 
@@ -57,7 +62,7 @@ void WatchSession::greet() const {
                   "projection at infinity where it is largest in the image.",
                   2);
   for (const std::string& warning : warnings_) text += remark_lines(warning);
-  print_result(text);
+  tell(text);
 }
 
 ExitCode WatchSession::run() {
@@ -84,6 +89,7 @@ WatchSession::End WatchSession::step() {
   const std::optional<FolderListing> listing = list_folder(options_.folder);
   if (listing) {
     missed_looks_ = 0;
+    tell_unread();
     if (take(follower_.look(*listing))) last_change_ = std::chrono::steady_clock::now();
   } else if (++missed_looks_ >= kMissedLooks) {
     return End::gone;
@@ -107,7 +113,7 @@ bool WatchSession::take(const FolderFollower::Events& events) {
   if (!pictures_.has_corners()) follower_.recall_set_aside();
   is_first_ = is_first_ && news.empty();
   if (pictures_.revision() == revision) return !news.empty();
-  Step step{"the others", 0, standing_, standing_.has_answer ? calibration_.model : ""};
+  Step step{"the others", 0, standing_};
   if (found.size() == 1) step.name = found.front()->name;
   if (found.size() > 1) step.name = counted(found.size(), "picture");
   for (const PictureNews* picture : found) step.num_corners += picture->num_corners;
@@ -121,8 +127,8 @@ void WatchSession::tell(const std::vector<PictureNews>& news, bool lists_boards)
   const auto repeated =
       static_cast<std::size_t>(std::ranges::count(news, Fate::repeated, &PictureNews::fate));
   if (repeated > kMostRepeated)
-    print_result(fmt::format("{} pictures have the same bytes as others, and do not count again\n",
-                             repeated));
+    tell(fmt::format("{} pictures have the same bytes as others, and do not count again\n",
+                     repeated));
   for (const PictureNews& told : news) {
     const bool is_interrupted = told.fate == Fate::unreadable && Interruption::requested();
     if (is_interrupted || (told.fate == Fate::repeated && repeated > kMostRepeated)) continue;
@@ -132,17 +138,17 @@ void WatchSession::tell(const std::vector<PictureNews>& news, bool lists_boards)
     if (told.fate != Fate::board_found || lists_boards) text += news_line(told);
     for (const std::string& warning : told.warnings)
       text += remark_lines(fmt::format("{}: {}", told.name, warning));
-    print_result(text);
+    tell(text);
   }
   for (const std::string& warning : pictures_.general_warnings())
-    if (told_.insert(warning).second) print_result(remark_lines(warning));
+    if (told_.insert(warning).second) tell(remark_lines(warning));
 }
 
 void WatchSession::recalibrate(Step step) {
   if (!pictures_.has_corners()) {
     calibration_ = {};
     standing_ = {};
-    print_result("no picture with the board is left\n");
+    tell("no picture with the board is left\n");
     return;
   }
   const Dataset dataset = pictures_.dataset();
@@ -159,10 +165,46 @@ void WatchSession::recalibrate(Step step) {
     write_whole(options_.out, calibration_yaml(calibration_));
     kept_ = calibration_;
   }
-  print_result(step_line(step, calibration_));
+  tell(step_line(step, calibration_));
   tell_new_warnings();
-  if (!meets(standing_, options_.goal_px))
-    print_result(next_lines(advise(dataset, calibration_), standing_, options_.goal_px));
+  if (!meets(standing_, options_.goal_px)) tell_next(advise(dataset, calibration_));
+}
+
+// Nothing if it is what was said last: a distance that changes a little is no other view.
+void WatchSession::tell_next(const std::optional<AdvisedView>& advice) {
+  constexpr double kOtherDistance = 1.25;
+  const std::string text = next_lines(advice, standing_, options_.goal_px);
+  std::string words = text;
+  std::erase_if(words, [](unsigned char c) { return std::isdigit(c) || c == '.' || c == '\n'; });
+  const double distance_m = advice ? advice->distance_m : 0;
+  const bool is_same = words == next_words_ && distance_m < kOtherDistance * next_distance_m_ &&
+                       next_distance_m_ < kOtherDistance * distance_m;
+  if (is_same || (words == next_words_ && !advice)) return;
+  next_words_ = std::move(words);
+  next_distance_m_ = distance_m;
+  tell(text);
+}
+
+// Files that people put beside pictures and that are not read: each once, with what to do.
+void WatchSession::tell_unread() {
+  for (const fs::path& file : files_not_read(options_.folder)) {
+    const std::string name = file.filename().string();
+    if (!told_.insert("not read: " + name).second) continue;
+    try {
+      read_image_size(file);
+    } catch (const Error& error) {
+      const std::string message = error.what(), path = file.string() + ": ";
+      tell(not_read_line(name, message.starts_with(path) ? message.substr(path.size()) : message));
+    }
+  }
+}
+
+// With --json stdout has the calibration alone.
+void WatchSession::tell(const std::string& text) const {
+  if (options_.json)
+    print_note("{}", without_colours(text));
+  else if (!is_quiet())
+    print_text(text);
 }
 
 void WatchSession::tell_new_warnings() {
@@ -199,15 +241,18 @@ ExitCode WatchSession::finish(End end) {
         "the pictures so far give no calibration; no file was written. tagcal detect --explain "
         "tells what a picture shows",
         2);
-    print_result(text);
+    tell(text);
   } else {
     if (!standing_.has_answer)
       text += wrapped("! ", "the last change left no answer: this is the calibration before it", 2);
     CalibrationAnswer answer;
     answer.calibration = *kept_;
     const std::string& model = options_.calibration.model;
-    text += calibration_summary(answer, {model.empty() || model == "auto", false});
-    print_result(text);
+    tell(text);
+    const std::string summary =
+        options_.json ? calibration_json(answer)
+                      : calibration_summary(answer, {model.empty() || model == "auto", false});
+    print_answer(summary, options_.json, options_.out);
     say_wrote(options_.out);
   }
   pictures_.save_cache();

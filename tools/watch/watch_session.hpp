@@ -19,7 +19,8 @@ struct WatchOptions {
   std::filesystem::path folder;
   std::filesystem::path out;
   CalibrateOptions calibration;
-  double goal_px = 0;    // 0: none
+  double goal_px = 0;  // 0: none
+  bool json = false;
   double timeout_s = 0;  // without a change of the folder; 0: none
   std::chrono::milliseconds every{500};
 };
@@ -43,7 +44,9 @@ class WatchSession {
   bool take(const FolderFollower::Events& events);
   void tell(const std::vector<PictureNews>& news, bool lists_boards);
   void recalibrate(Step step);
-  void tell_about(const PictureNews& news);
+  void tell(const std::string& text) const;
+  void tell_next(const std::optional<AdvisedView>& advice);
+  void tell_unread();
   void tell_new_warnings();
   ExitCode finish(End end);
   std::string end_text(End end) const;
@@ -59,6 +62,8 @@ class WatchSession {
   Standing standing_;
   std::optional<Calibration> kept_;  // the last answer, as it stands in the file
   std::set<std::string> told_;       // warnings, or their codes
+  std::string next_words_;           // of the last `next:`, without numbers
+  double next_distance_m_ = 0;
 };
 
 }  // namespace tagcal::tools

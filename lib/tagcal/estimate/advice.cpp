@@ -176,15 +176,14 @@ std::string instruction_of(const PossibleView& c, const AdvisedView& view) {
                      (c.column != 0 && c.row != 0   ? " corner"
                       : c.column != 0 || c.row != 0 ? " part"
                                                     : "") +
-                     " of the image, " + formatted(view.distance_m) + " m away, ";
+                     " of the image, " + with_digits(view.distance_m, 2) + " m away, ";
   if (c.tilt_rad > 0)
-    text += "tilted by " + formatted(c.tilt_rad / kDegree) + " degrees with its " +
+    text += "tilted by " + formatted(c.tilt_rad / kDegree) + " degrees, " +
             side_name(side[0], side[1], "") + (side[0] != 0 && side[1] != 0 ? " corner" : " edge") +
-            " towards the camera";
+            " near";
   else
     text += "facing the camera";
-  return text +
-         (view.fills.empty() ? "" : ", which covers the " + listed(view.fills) + " of the image");
+  return text + (view.fills.empty() ? "" : ", which covers the " + listed(view.fills));
 }
 
 std::string sentence_of(const AdvisedView& view, bool known_before) {

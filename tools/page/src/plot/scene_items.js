@@ -68,7 +68,8 @@ function worldScene(data, posed) {
   const boards = boardPoints(data, IDENTITY);
   const target = middleOf(boards);
   const away = quantile(centres.map((c) => Math.hypot(...c.map((x, i) => x - target[i]))), 0.5);
-  const depth = (posed.length > 60 ? 0.06 : 0.11) * away;
+  const size = Math.max(...data.boards.map((board) => extentOf(board.outline).radius));
+  const depth = (posed.length > 60 ? 0.5 : 1) * Math.min(0.11 * away, 0.35 * size);
   return { ...extentOf([...boards, ...centres]), items: [
     ...data.boards.map((board) => boardItem(board, board.world_from_board, true)),
     ...cameras.map(({ view, index, pose }) =>

@@ -20,7 +20,7 @@ export function advice(data) {
   if (!next) return null;
   const squares = next.squares_px ?? [];
   const seen = corners(data).filter((corner) => !corner.rejected).map(({ u, v }) => [u, v]);
-  return section("next-view", "The next picture to take", null,
+  return section("next-view", "The next picture to take", { class: "card drawing" },
     h("p", { class: "lead" }, capital(next.sentence ?? "")),
     data.image_size && next.outline_px?.length ? chart({
       name: "next-view", marks: squares.length || 1,

@@ -1,6 +1,6 @@
 // The lens models that were tried, from the smallest on.
 import { chart, h, section } from "../dom.js";
-import { NONE, digits, isNumber, px } from "../numbers.js";
+import { NONE, digits, isNumber, percent, px } from "../numbers.js";
 
 // A bar from 0 to share of the column, with its value as text.
 function bar(share, text, kind) {
@@ -36,6 +36,25 @@ function rowOf(step, { best, evidence, change, model, compared }) {
     h("td", { class: "why" }, step.sentence ?? ""));
 }
 
+// What was chosen, and why, in a sentence.
+function choiceOf(data, steps, best) {
+  const answer = steps.find((step) => step.model === data.model);
+  if (!answer) return null;
+  const rival = steps.find((step) => step.bic === best);
+  const start = `${data.model} was ${data.chosen === false ? "asked for" : "chosen"}`;
+  if (!rival || rival === answer) return `${start}: no other model explains the corners better.`;
+  const weight = isNumber(rival.weight) && rival.weight >= 0.005
+    ? ` The standard deviations include ${rival.model} by ${percent(rival.weight)}.` : "";
+  const gap = `${rival.model} explains the corners better (${digits(answer.bic - best, 2)})`;
+  if (data.chosen === false) return `${start}, although ${gap}.${weight}`;
+  const why = isNumber(answer.difference_px)
+    ? `, but where corners were the projection of ${data.model} differs from the best one's by ` +
+      `${px(answer.difference_px)} only, with ${rival.num_parameters - answer.num_parameters} ` +
+      "parameters less" : "";
+  const refusal = /not taken: ([^;.]*)/.exec(rival.sentence ?? "")?.[1];
+  return `${start}: ${gap}${refusal ? `, but ${refusal}` : why}.${weight}`;
+}
+
 export function ladder(data) {
   const steps = data.ladder ?? [];
   if (!steps.length) return null;
@@ -45,7 +64,8 @@ export function ladder(data) {
   const change = logShare(steps.map((step) => step.difference_px));
   const compared = steps.some((step) => isNumber(step.difference_px));
   const heads = ["model", "parameters", "evidence against", compared ? "difference" : null, "why"];
-  return section("ladder", "Lens models that were tried", { wide: true }, chart({
+  return section("ladder", "Lens models that were tried", { wide: true },
+    h("p", { class: "lead" }, choiceOf(data, steps, best)), chart({
     name: "ladder", marks: steps.length,
     label: `${steps.length} lens models with their evidence and projection difference`,
     read: "from simple to complex. Evidence: how much worse than the best model (BIC, logarithmic " +
