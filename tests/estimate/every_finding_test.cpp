@@ -325,7 +325,8 @@ Said of_moved_member() {
   std::vector<ViewCorrespondences> seen;
   for (std::size_t c = 0; c < 3; ++c) {
     const Dataset& data = rig.cameras[c].data;
-    known.cameras.push_back({"", data.truth->camera, rig.truth->camera_from_rig[c], {}});
+    known.cameras.push_back(
+        {"", {nullptr, data.truth->camera, {}}, rig.truth->camera_from_rig[c], {}});
     seen.push_back(view_correspondences(data.views[*rig.instants[0].view[c]], data.boards));
   }
   Vector6d step = Vector6d::Zero();

@@ -18,8 +18,10 @@ struct SeenRig {
   SeenRig(std::uint64_t seed, const RigWorldOptions& options, const Board& board = usual_board())
       : world(make_rig_world(seed, options, board)) {
     for (std::size_t c = 0; c < world.cameras.size(); ++c)
-      rig.cameras.push_back({world.cameras[c].name, world.cameras[c].data.truth->camera,
-                             world.truth->camera_from_rig[c], 0});
+      rig.cameras.push_back({world.cameras[c].name,
+                             {nullptr, world.cameras[c].data.truth->camera, {}},
+                             world.truth->camera_from_rig[c],
+                             0});
   }
 
   std::vector<ViewCorrespondences> at(std::size_t instant) const {
@@ -38,7 +40,7 @@ struct SeenRig {
         return rig.cameras[c].camera_from_rig.inverse() *
                estimate_pose(view_correspondences(world.cameras[c].data.views[*view],
                                                   world.cameras[c].data.boards),
-                             rig.cameras[c].camera)
+                             rig.cameras[c].camera.camera)
                    .camera_from_target();
     return {};
   }

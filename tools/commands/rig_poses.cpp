@@ -64,13 +64,21 @@ KnownRig rig_of(const RigDataset& data, const CameraFile& file, const std::strin
     if (found == all.cameras.end())
       throw Error(fmt::format("{}: has no camera {}, only {}: folders must have the cameras' names",
                               name, camera.name, names));
-    if (found->camera.image_size != camera.data.image_size)
-      throw Error(
-          fmt::format("{}: the image size of {} must be {}x{} as in its pictures, got {}x{}", name,
-                      camera.name, camera.data.image_size.width, camera.data.image_size.height,
-                      found->camera.image_size.width, found->camera.image_size.height));
+    if (found->camera.camera.image_size != camera.data.image_size)
+      throw Error(fmt::format(
+          "{}: the image size of {} must be {}x{} as in its pictures, got {}x{}", name, camera.name,
+          camera.data.image_size.width, camera.data.image_size.height,
+          found->camera.camera.image_size.width, found->camera.camera.image_size.height));
     rig.cameras.push_back(*found);
     for (Eigen::Index i = 0; i < 6; ++i) rows.push_back(6 * (found - all.cameras.begin()) + i);
+  }
+  for (const KnownRig::Member& member : rig.cameras) {
+    auto at = 6 * std::ssize(all.cameras);
+    for (const KnownRig::Member& other : all.cameras) {
+      const int k = other.camera.model ? other.camera.model->num_free() : 0;
+      for (int i = 0; i < k && other.name == member.name; ++i) rows.push_back(at + i);
+      at += k;
+    }
   }
   if (all.covariance.size() > 0) rig.covariance = all.covariance(rows, rows);
   return rig;

@@ -64,20 +64,22 @@ struct RigPoseProblem {
 
   std::span<const SeeingCamera> cameras;
 
-  // The products [J | r]'[J | r] of a camera's rows by its own pose.
-  static std::optional<Eigen::MatrixXd> products(const SeeingCamera& seeing, const Pose& rig) {
+  // The products [J | r]'[J | r] of a camera's rows by its own pose and, if asked for, its lens.
+  static std::optional<Eigen::MatrixXd> products(const SeeingCamera& seeing,
+                                                 const Pose& camera_pose, bool with_lens = false) {
     const ViewArrays arrays(seeing.view);
-    ParameterSums sums(arrays.view(), {});
+    const UncertainCamera& camera = seeing.camera->camera;
+    ParameterSums sums(arrays.view(), with_lens && camera.model ? camera.model->free()
+                                                                : std::span<const FreeParameter>());
     Eigen::MatrixXd gram;
-    if (!sums.at(seeing.camera->camera.lens, seeing.camera->camera_from_rig * rig, gram))
-      return std::nullopt;
+    if (!sums.at(camera.camera.lens, camera_pose, gram)) return std::nullopt;
     return Eigen::MatrixXd(gram.selfadjointView<Eigen::Upper>());
   }
 
   std::optional<Equations> at(const Pose& rig_from_target) const {
     Equations sum;
     for (const SeeingCamera& seeing : cameras) {
-      const auto gram = products(seeing, rig_from_target);
+      const auto gram = products(seeing, seeing.camera->camera_from_rig * rig_from_target);
       if (!gram) return std::nullopt;
       const Matrix6 by = by_rig(*seeing.camera);
       sum.information += by.transpose() * gram->topLeftCorner<6, 6>() * by;
@@ -96,18 +98,35 @@ Matrix6 by_place(const SeeingCamera& seeing, const Pose& rig_from_target) {
                  seeing.camera->camera_from_rig.rotation_matrix() * rig_from_target.translation());
 }
 
-// The covariance of a camera's pose by that of its place.
-Matrix6 covariance_by_place(const SeeingCamera& seeing, const KnownRig& rig,
-                            const Pose& rig_from_target) {
-  if (rig.covariance.size() == 0) return Matrix6::Zero();
-  const Eigen::Index at = 6 * static_cast<Eigen::Index>(seeing.index);
-  const Matrix6 by = by_place(seeing, rig_from_target);
-  return by * rig.covariance.block<6, 6>(at, at) * by.transpose();
+int num_free(const KnownRig::Member& member) {
+  return member.camera.model ? member.camera.model->num_free() : 0;
 }
 
-// The covariance of the rig's pose: by the noise of the corners, and by the places of the cameras,
-// to which the pose responds by -H^-1 sum S' I_c X_c (S, X_c: steps of a camera's pose by those of
-// the rig and of its place, I_c: its information).
+// The first of a lens' parameters in KnownRig::covariance.
+Eigen::Index first_of_lens(const KnownRig& rig, std::size_t camera) {
+  auto at = 6 * static_cast<Eigen::Index>(rig.cameras.size());
+  for (std::size_t c = 0; c < camera; ++c) at += num_free(rig.cameras[c]);
+  return at;
+}
+
+// The gradient of a camera's cost, by its own pose, by the places and lenses of the rig: I_c X_c
+// and J_p'J_l, with its information I_c and the step X_c of its pose by that of its place.
+std::optional<Eigen::MatrixXd> gradient_by_rig(const SeeingCamera& seeing, const KnownRig& rig,
+                                               const Pose& rig_from_target,
+                                               const Pose& camera_pose) {
+  const auto gram = RigPoseProblem::products(seeing, camera_pose, true);
+  if (!gram) return std::nullopt;
+  Eigen::MatrixXd by_rig = Eigen::MatrixXd::Zero(6, rig.covariance.cols());
+  const int k = num_free(*seeing.camera);
+  by_rig.middleCols<6>(6 * static_cast<Eigen::Index>(seeing.index)) =
+      gram->topLeftCorner<6, 6>() * by_place(seeing, rig_from_target);
+  by_rig.middleCols(first_of_lens(rig, seeing.index), k) = gram->block(0, 6, 6, k);
+  return by_rig;
+}
+
+// The covariance of the rig's pose: by the noise of the corners, and by places and lenses, to which
+// it responds by -H^-1 sum S_c' (the gradient by them), with the step S_c of a camera's pose by the
+// rig's.
 std::optional<Matrix6> covariance_of_rig_pose(std::span<const SeeingCamera> cameras,
                                               const KnownRig& rig, const Pose& pose,
                                               const Matrix6& information) {
@@ -117,24 +136,39 @@ std::optional<Matrix6> covariance_of_rig_pose(std::span<const SeeingCamera> came
   if (rig.covariance.size() == 0) return covariance;
   Eigen::MatrixXd response = Eigen::MatrixXd::Zero(6, rig.covariance.cols());
   for (const SeeingCamera& seeing : cameras) {
-    const auto gram = RigPoseProblem::products(seeing, pose);
-    if (!gram) return std::nullopt;
-    response.middleCols<6>(6 * static_cast<Eigen::Index>(seeing.index)) =
-        -*inverse * by_rig(*seeing.camera).transpose() * gram->topLeftCorner<6, 6>() *
-        by_place(seeing, pose);
+    const auto gradient = gradient_by_rig(seeing, rig, pose, seeing.camera->camera_from_rig * pose);
+    if (!gradient) return std::nullopt;
+    response -= *inverse * by_rig(*seeing.camera).transpose() * *gradient;
   }
   covariance += response * rig.covariance * response.transpose();
   return covariance;
 }
 
+// The covariance of a camera's own pose before the rig's by places and lenses.
+Matrix6 covariance_by_rig(const SeeingCamera& seeing, const KnownRig& rig,
+                          const Pose& rig_from_target, const Pose& own_pose) {
+  if (rig.covariance.size() == 0) return Matrix6::Zero();
+  const auto gradient = gradient_by_rig(seeing, rig, rig_from_target, own_pose);
+  const auto gram = RigPoseProblem::products(seeing, own_pose);
+  if (!gradient || !gram) return Matrix6::Zero();
+  const auto inverse = exact_inverse(gram->topLeftCorner<6, 6>());
+  if (!inverse) return Matrix6::Zero();
+  const Eigen::MatrixXd response = *inverse * *gradient;
+  return response * rig.covariance * response.transpose();
+}
+
 // Standard deviations (of a normal score) by which a camera's own poses contradict that of the
-// rig: the best of them.
+// rig: the best of them. Corners of less noise than policy::kLeastSigmaPx count with that: below it
+// what is not modelled decides.
 double contradiction_of(const SeeingCamera& seeing, const KnownRig& rig, const Pose& pose) {
   const Pose predicted = seeing.camera->camera_from_rig * pose;
-  const Matrix6 of_place = covariance_by_place(seeing, rig, pose);
+  const double sigma = seeing.own->sigma_px;
+  const double raised = sigma > 0 ? std::max(1.0, policy::kLeastSigmaPx / sigma) : 1;
   double least = std::numeric_limits<double>::infinity();
   for (const PoseHypothesis& own : seeing.own->hypotheses) {
-    const Eigen::Matrix<double, 6, 6> covariance = own.covariance + of_place;
+    const Eigen::Matrix<double, 6, 6> covariance =
+        raised * raised * own.covariance +
+        covariance_by_rig(seeing, rig, pose, own.camera_from_target);
     const Vector6d step = minus(predicted, own.camera_from_target);
     least = std::min(least, step.dot(covariance.ldlt().solve(step)));
   }
@@ -174,7 +208,7 @@ double rms_px_of(std::span<const SeeingCamera> cameras, const Pose& rig_from_tar
   std::size_t count = 0;
   for (const SeeingCamera& seeing : cameras) {
     const auto& corners = seeing.view.correspondences;
-    for (const auto& r : residuals_px(corners, seeing.camera->camera.lens,
+    for (const auto& r : residuals_px(corners, seeing.camera->camera.camera.lens,
                                       seeing.camera->camera_from_rig * rig_from_target))
       sum += r.squaredNorm();
     count += corners.size();
@@ -246,11 +280,12 @@ std::vector<PoseHypothesis> hypotheses_of_one(const SeeingCamera& seeing, const 
   const Pose rig_from_camera = seeing.camera->camera_from_rig.inverse();
   const Matrix6 by_own = by_rig(*seeing.camera).transpose();
   for (PoseHypothesis& hypothesis : hypotheses) {
-    hypothesis.camera_from_target = rig_from_camera * hypothesis.camera_from_target;
-    hypothesis.covariance =
-        by_own *
-        (hypothesis.covariance + covariance_by_place(seeing, rig, hypothesis.camera_from_target)) *
-        by_own.transpose();
+    const Pose own = hypothesis.camera_from_target;
+    hypothesis.camera_from_target = rig_from_camera * own;
+    hypothesis.covariance = by_own *
+                            (hypothesis.covariance +
+                             covariance_by_rig(seeing, rig, hypothesis.camera_from_target, own)) *
+                            by_own.transpose();
   }
   return hypotheses;
 }
@@ -271,15 +306,17 @@ RigPoseEstimate estimate_rig_pose(std::span<const ViewCorrespondences> seen, con
   const std::size_t n = rig.cameras.size();
   if (seen.size() != n)
     throw Error(fmt::format("rig: has {} cameras, got the corners of {}", n, seen.size()));
-  if (const Eigen::Index size = rig.covariance.cols();
-      size != 0 && size != 6 * static_cast<Eigen::Index>(n))
-    throw Error(fmt::format("rig: the covariance of {} places must be {} x {}, got {} x {}", n,
-                            6 * n, 6 * n, rig.covariance.rows(), size));
+  const Eigen::Index size = first_of_lens(rig, n);
+  if (rig.covariance.size() != 0 &&
+      (rig.covariance.rows() != size || rig.covariance.cols() != size))
+    throw Error(
+        fmt::format("rig: the covariance of its places and lenses must be {} x {}, got {} x {}",
+                    size, size, rig.covariance.rows(), rig.covariance.cols()));
   RigPoseEstimate estimate;
   estimate.takes_part.assign(n, 0);
   std::vector<SeeingCamera> cameras;
   for (std::size_t c = 0; c < n; ++c)
-    estimate.of_cameras.push_back(estimate_pose(seen[c], rig.cameras[c].camera, options));
+    estimate.of_cameras.push_back(estimate_pose(seen[c], rig.cameras[c].camera.camera, options));
   for (std::size_t c = 0; c < n; ++c)
     if (const PoseEstimate& own = estimate.of_cameras[c]; is_answer(own.status))
       cameras.push_back({c, &rig.cameras[c], &own, inliers_of(seen[c], own)});

@@ -128,19 +128,21 @@ struct RigCalibration {
 struct KnownRig {
   struct Member {
     std::string name;
-    Camera camera;
+    UncertainCamera camera;
     Pose camera_from_rig;
     // Error of a projection besides the corners' noise (CalibrationFile::camera_error_px).
     std::optional<double> camera_error_px;
   };
   std::vector<Member> cameras;
-  // Of (omega rad, tau m) of all camera_from_rig in turn: `retract`. Empty: taken as exact.
+  // Of (omega rad, tau m) of all camera_from_rig in turn (`retract`), then of the free parameters
+  // of all lenses (none without a model). Empty: places and lenses are taken as exact.
   MatrixX covariance;
 };
 
 struct RigPoseEstimate {
   // As for one camera, whose frame is that of the rig: `camera_from_target` is rig_from_target. Its
-  // covariance includes that of the places of the cameras. `outliers` is empty, see `of_cameras`.
+  // covariance includes that of the places and lenses of the cameras. `outliers` is empty, see
+  // `of_cameras`.
   PoseEstimate rig;
   std::vector<PoseEstimate> of_cameras;  // of each camera alone; `degenerate` if it sees nothing
   std::vector<std::uint8_t> takes_part;  // by camera

@@ -60,9 +60,9 @@ KnownRig known_rig(const CameraFile& file, const std::string& name) {
     const CameraFile alone{file.format, {camera}, {}, {}, {}};
     const CalibrationFile& usable = usable_camera(alone, name + ":" + camera.name);
     rig.cameras.push_back(
-        {camera.name, usable.camera, *camera.camera_from_rig, usable.camera_error_px});
+        {camera.name, uncertain_camera(usable), *camera.camera_from_rig, usable.camera_error_px});
   }
-  rig.covariance = file.covariance_of_places;
+  rig.covariance = file.rig_covariance;
   return rig;
 }
 

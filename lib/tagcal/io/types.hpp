@@ -73,9 +73,10 @@ struct CameraFile {
   std::vector<FileCamera> cameras;  // one or more
   std::vector<ImagePose> poses;     // empty: not in the file
   std::vector<std::string> notes;   // what was changed or dropped, a sentence each
-  // Of (omega rad, tau m) of all camera_from_rig in turn (`retract`), zero for the reference;
-  // empty: not in the file, as in those of other programs.
-  MatrixX covariance_of_places = {};
+  // Of (omega rad, tau m) of all camera_from_rig in turn (`retract`), zero for the reference, then
+  // of the free parameters of all lenses, by the models of uncertain_camera; empty: not in the
+  // file, as in those of other programs.
+  MatrixX rig_covariance = {};
 };
 
 }  // namespace tagcal

@@ -148,30 +148,33 @@ bool has_rig_keys(const YamlValue& top) {
          items.front().find("camera_matrix");
 }
 
-// The part of the joint covariance that the cameras' places have. The reference, whose frame is
-// that of the rig, has none.
-void read_covariance_of_places(const YamlValue& value, CameraFile& file) {
+// The joint covariance, with rows of zeros for the place of the reference, whose frame is that of
+// the rig, and without those of boards.
+void read_rig_covariance(const YamlValue& value, CameraFile& file) {
   const Eigen::MatrixXd joint = read_matrix(value);
   const auto n = static_cast<Eigen::Index>(file.cameras.size());
-  if (joint.rows() != joint.cols() || joint.rows() < 6 * (n - 1))
+  Eigen::Index of_lenses = 0;
+  for (const FileCamera& camera : file.cameras)
+    if (const Model* model = uncertain_camera(camera.calibration).model)
+      of_lenses += model->num_free();
+  const Eigen::Index of_places = 6 * (n - 1), of_boards = joint.rows() - of_places - of_lenses;
+  if (joint.rows() != joint.cols() || of_boards < 0 || of_boards % 6 != 0)
     value.fail_plainly(
-        fmt::format("must be square, with 6 rows or more for each of {} cameras, "
-                    "got {} x {}",
-                    n - 1, joint.rows(), joint.cols()));
-  const Eigen::MatrixXd places = joint.topLeftCorner(6 * (n - 1), 6 * (n - 1));
-  if (const std::string defect = covariance_defect(places); !defect.empty())
+        fmt::format("must be square, with {} rows, and 6 for each board, got {} x {}",
+                    of_places + of_lenses, joint.rows(), joint.cols()));
+  if (const std::string defect = covariance_defect(joint); !defect.empty())
     value.fail_plainly(defect);
   const auto reference = std::ranges::find_if(file.cameras, [](const FileCamera& camera) {
     return camera.camera_from_rig && minus(*camera.camera_from_rig, Pose()).isZero();
   });
   if (reference == file.cameras.end())
     value.fail_plainly("needs a camera whose camera_from_rig is the identity: the reference");
-  // The rows before and after those of the reference.
   const Eigen::Index before = 6 * (reference - file.cameras.begin());
-  Eigen::MatrixXd onto = Eigen::MatrixXd::Zero(6 * n, 6 * (n - 1));
+  Eigen::MatrixXd onto = Eigen::MatrixXd::Zero(6 * n + of_lenses, joint.rows());
   onto.topLeftCorner(before, before).setIdentity();
-  onto.bottomRightCorner(6 * (n - 1) - before, 6 * (n - 1) - before).setIdentity();
-  file.covariance_of_places = onto * places * onto.transpose();
+  onto.block(before + 6, before, of_places - before, of_places - before).setIdentity();
+  onto.bottomRightCorner(of_lenses, of_lenses).setIdentity();
+  file.rig_covariance = onto * joint * onto.transpose();
 }
 
 CameraFile read_rig_cameras(const YamlValue& top) {
@@ -187,7 +190,7 @@ CameraFile read_rig_cameras(const YamlValue& top) {
     if (const auto pose = item.find("camera_from_rig")) camera.camera_from_rig = read_pose(*pose);
     file.cameras.push_back(std::move(camera));
   }
-  if (const auto joint = top.find("joint_covariance")) read_covariance_of_places(*joint, file);
+  if (const auto joint = top.find("joint_covariance")) read_rig_covariance(*joint, file);
   const auto views = top.find("views");
   if (!views) return file;
   read_views(*views, file);
