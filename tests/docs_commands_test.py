@@ -111,7 +111,7 @@ def options_of(tagcal: Path, command: str) -> set[str] | None:
 def unknown_options(tagcal: Path, text: str) -> Iterator[str]:
     for block in blocks(text):
         for command, rest in CALL.findall(block):
-            if command in ("chart", "stability"):  # of tagcal-study
+            if command in ("chart", "stability", "help"):  # of tagcal-study, and a word before others
                 continue
             known = options_of(tagcal, command)
             if known is None:

@@ -14,7 +14,9 @@ import sys
 from pathlib import Path
 
 # Programs of others whose commands are named: "ffmpeg -i x.mp4 .."
-OTHERS = re.compile(r"\b(ffmpeg|heif-convert|rosbag|ros2|cmake|apt|pip|tagcal-study|npm)\b")
+OTHERS = re.compile(r"\b(ffmpeg|heif-convert|rosbag|ros2|cmake|apt|pip|tagcal-study|npm|chromium)\b")
+# Options of tagcal-study, which has the same groups of options.
+OF_STUDIES = {"csv"}
 LITERAL = re.compile(r'"(?:[^"\\\n]|\\.)*"(?:\s*"(?:[^"\\\n]|\\.)*")*')
 OPTION = re.compile(r"(?<![\w-])--([a-z][a-z0-9-]*[a-z0-9])")
 
@@ -32,7 +34,7 @@ def options_of(program: str) -> dict[str, set[str]]:
     def helped(*words: str) -> str:
         return subprocess.run([program, *words], capture_output=True, text=True).stdout
 
-    commands = helped("--help").partition("Subcommands:")[2]
+    commands = helped("--help").partition("Commands:")[2]
     names = re.findall(r"^  ([a-z-]+)  ", commands, re.MULTILINE)
     found = {}
     for name in names:
@@ -45,7 +47,7 @@ def options_of(program: str) -> dict[str, set[str]]:
 def mistakes(text: str, options: dict[str, set[str]]) -> list[str]:
     if OTHERS.search(text):
         return []
-    every = set().union(*options.values())
+    every = OF_STUDIES.union(*options.values())
     found = []
     for match in OPTION.finditer(text):
         # The words before it in the same clause: does it follow a command's name?

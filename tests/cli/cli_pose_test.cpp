@@ -309,7 +309,7 @@ TEST_F(PoseCli, BadInputIsNamedAndNothingIsWritten) {
   tag_set(false);
   const auto before = names();
   const std::string draw = " --draw " + path("never");
-  expect_bad_input("pose " + set() + draw, {"--camera", "--unknown-focal", "one of the two"});
+  expect_bad_input("pose " + set() + draw, {"--camera", "--unknown-focal", "one of them"});
   expect_bad_input("pose " + set() + camera + " --unknown-focal" + draw,
                    {"--camera", "--unknown-focal", "only one"});
   expect_bad_input("pose " + set() + camera + " --prior-focal 500",

@@ -32,7 +32,7 @@ COMMANDS = {
     "--uncertainty": (f"calibrate {CORNERS} f --uncertainty {{out}}.svg", "--sigma-px 1"),
     "watch": ("watch set/images --target target.yaml --timeout 0.01 --no-cache --out {out}",
               "--model f"),
-    "report": ("report camera.yaml --dataset set --out {out}", "--refinement stock"),
+    "report": ("report camera.yaml --dataset set --out {out}.html", "--refinement stock"),
     "board": ("board target.yaml --out {out}.pdf", "--tile a4"),
     "board png": ("board target.yaml --out {out}.png", "--dpi 90"),
     "convert": ("convert camera.yaml {out} --to ros", "--model f --max-difference-px 1000"),

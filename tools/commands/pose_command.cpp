@@ -292,8 +292,7 @@ Command add_pose(CLI::App& app) {
   add_input(*command, arguments->input);
   add_observations(*command, arguments->input);
   add_option(*command, "--family", arguments->input.family,
-             "each tag of this family in pictures has its own pose, without a target; ids may "
-             "repeat; with --tag-size, the side of all tags")
+             "each tag of this family has its own pose, without a target; needs --tag-size")
       .text("NAME");
   add_integer(
       *command, "--border-bits", arguments->border_bits, 1,
@@ -304,22 +303,22 @@ Command add_pose(CLI::App& app) {
              "the camera's file, of any format (tagcal convert)")
       .text("CAMERA");
   add_option(*command, "--rig", arguments->rig,
-             "the file of a rig (tagcal rig), instead of --camera: one pose at each instant, from "
-             "the folders of its cameras, which have their names")
+             "a rig's file, instead of --camera: one pose at each instant; a folder a camera")
       .text("RIG");
   add_pair(*command, arguments->pair).seldom();
   add_flag(*command, "--unknown-focal", arguments->unknown_focal,
            "estimate the focal length too, of a pinhole with the principal point at the image's "
            "centre; instead of --camera");
   add_positive(*command, "--prior-focal", arguments->prior_focal_px,
-               "focal length in pixels for the pose if the view does not determine it");
+               "px, for the pose where the view does not determine it");
   add_positive(
       *command, "--sigma-px", arguments->sigma_px,
       "noise of the corners per coordinate; default: their covariances if the camera's error is "
       "known, else estimated from the residuals");
   add_positive(*command, "--camera-error-px", arguments->camera_error_px,
                "error of lens and target per coordinate, in addition to the corners' own "
-               "covariances; default: the value of the camera's file");
+               "covariances; default: the value of the camera's file")
+      .seldom();
   add_option(*command, "--view", arguments->views,
              "only this picture, by its name; may be repeated")
       .text("NAME")
@@ -330,12 +329,11 @@ Command add_pose(CLI::App& app) {
   add_flag(*command, "--verbose", arguments->verbose, "also print the rotations and the noise");
   add_flag(*command, "--json", arguments->json, "one JSON object on stdout");
   add_threads(*command, arguments->threads);
-  add_footer(
-      *command,
-      "Example: tagcal pose desk --camera camera.yaml --draw drawings\n"
-      "         tagcal pose --target board.yaml photo.jpg --unknown-focal --json\n"
-      "         tagcal pose --family tag36h11 --tag-size 0.08 photo.jpg --camera camera.yaml\n"
-      "         tagcal pose stereo --rig rig.yaml");
+  add_footer(*command,
+             "Example: tagcal pose desk --camera camera.yaml --draw drawings\n"
+             "         tagcal pose --target board.yaml photo.jpg --unknown-focal --json\n"
+             "         tagcal pose --family tag36h11 --tag-size 0.08 photo.jpg --camera c.yaml\n"
+             "         tagcal pose stereo --rig rig.yaml");
   return {command, [arguments] { return run(*arguments); }};
 }
 
