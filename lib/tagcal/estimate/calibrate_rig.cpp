@@ -178,6 +178,7 @@ void move_rig(RigState& state, const RigState& of_claims, const RigLayout& layou
           retract(state.poses.camera_from_rig[c], step.segment<6>(*at));
   }
   solve_places(state, options);
+  update_own_poses(state);
 }
 
 // The joint covariance of extrinsics and lenses. Lenses that are estimated get the answer that is

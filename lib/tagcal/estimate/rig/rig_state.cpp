@@ -85,8 +85,8 @@ Bundle bundle_of(const Dataset& data, const Calibration& own, const Model& model
   return bundle;
 }
 
-std::optional<OwnPose> own_pose(const Bundle& bundle, std::size_t view, const Lens& lens) {
-  const Pose& pose = bundle.camera_from_target[view];
+std::optional<OwnPose> own_pose(const Bundle& bundle, std::size_t view, const Lens& lens,
+                                const Pose& pose) {
   const auto gram = products_of(bundle, view, {}, lens, pose);
   if (!gram) return std::nullopt;
   const Matrix6 information = gram->topLeftCorner<6, 6>().selfadjointView<Eigen::Upper>();
@@ -190,7 +190,7 @@ RigState rig_state(const PlacedViews& rig, const std::vector<Calibration>& own, 
     std::vector<ViewProblem> views;
     std::vector<LinkedPoses::Link> links;
     for (std::size_t v = 0; v < bundle.views.size(); ++v) {
-      const std::optional<OwnPose> pose = own_pose(bundle, v, lens);
+      const std::optional<OwnPose> pose = own_pose(bundle, v, lens, bundle.camera_from_target[v]);
       if (!pose) continue;
       const std::size_t index = own[c].views[v].view;
       const ViewPlace& place = rig.places[c][index];
@@ -229,7 +229,7 @@ void solve_places(RigState& state, const CalibrateOptions& options) {
 void update_own_poses(RigState& state) {
   ViewProblem buffer;
   for (std::size_t c = 0; c < state.cameras.size(); ++c) {
-    Bundle& bundle = state.cameras[c];
+    const Bundle& bundle = state.cameras[c];
     const Lens lens = bundle.lens();
     for (std::size_t v = 0; v < bundle.views.size(); ++v) {
       OwnPose& own = state.own[c][v];
@@ -240,8 +240,7 @@ void update_own_poses(RigState& state) {
       if (of_rig && (!refined || of_rig->cost < refined->cost + policy::kAmbiguousCost))
         refined = of_rig;
       if (!refined) continue;
-      bundle.camera_from_target[v] = refined->camera_from_target;
-      if (const auto pose = own_pose(bundle, v, lens)) own = *pose;
+      if (const auto pose = own_pose(bundle, v, lens, refined->camera_from_target)) own = *pose;
     }
   }
 }
