@@ -183,9 +183,9 @@ void move_rig(RigState& state, const RigState& of_claims, const RigLayout& layou
 
 // The joint covariance of extrinsics and lenses. Lenses that are estimated get the answer that is
 // the best by their claims and the rig.
-std::optional<MatrixXd> joint_covariance(RigState& state, const RigLayout& layout,
-                                         const RigCalibration& rig, const RigOptions& options) {
-  const RigState of_claims = state_of_claims(state, rig);
+std::optional<MatrixXd> joint_covariance(RigState& state, const RigState& of_claims,
+                                         const RigLayout& layout, const RigCalibration& rig,
+                                         const RigOptions& options) {
   const std::vector<LensClaim> claims = lens_claims(of_claims, rig);
   const double strain = strain_of_rig(state, layout.num_extrinsics());
   std::optional<MatrixXd> covariance;
@@ -278,9 +278,9 @@ RigCalibration calibrate_rig(const RigDataset& given, const RigOptions& options)
   answer.num_iterations = solution.num_iterations;
   answer.rejected_instants = solution.rejected;
 
-  SolvedRig solved{&rig, &state, start, RigLayout(state_of_claims(state, answer), start.connected),
-                   MatrixXd()};
-  const auto covariance = joint_covariance(state, solved.layout, answer, options);
+  const RigState of_claims = state_of_claims(state, answer);
+  SolvedRig solved{&rig, &state, start, RigLayout(of_claims, start.connected), MatrixXd()};
+  const auto covariance = joint_covariance(state, of_claims, solved.layout, answer, options);
   solved.covariance = covariance.value_or(MatrixXd::Zero(solved.layout.size, solved.layout.size));
   set_cameras(state, solved, answer);
   report_rig(solved, answer);

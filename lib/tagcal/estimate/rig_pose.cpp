@@ -157,9 +157,9 @@ Matrix6 covariance_by_rig(const SeeingCamera& seeing, const KnownRig& rig,
   return response * rig.covariance * response.transpose();
 }
 
-// Standard deviations (of a normal score) by which a camera's own poses contradict that of the
-// rig: the best of them. Corners of less noise than policy::kLeastSigmaPx count with that: below it
-// what is not modelled decides.
+// The chi-square, of six degrees of freedom, by which a camera's own poses contradict that of the
+// rig: of the best of them. Corners of less noise than policy::kLeastSigmaPx count with that: below
+// it what is not modelled decides.
 double contradiction_of(const SeeingCamera& seeing, const KnownRig& rig, const Pose& pose) {
   const Pose predicted = seeing.camera->camera_from_rig * pose;
   const double sigma = seeing.own->sigma_px;
@@ -172,9 +172,7 @@ double contradiction_of(const SeeingCamera& seeing, const KnownRig& rig, const P
     const Vector6d step = minus(predicted, own.camera_from_target);
     least = std::min(least, step.dot(covariance.ldlt().solve(step)));
   }
-  // Wilson and Hilferty's normal score of a chi-square of six degrees of freedom.
-  constexpr double kFreedom = 6;
-  return (std::cbrt(least / kFreedom) - 1 + 2 / (9 * kFreedom)) / std::sqrt(2 / (9 * kFreedom));
+  return least;
 }
 
 struct JointPose {
@@ -240,10 +238,10 @@ std::vector<PoseHypothesis> hypotheses_of(std::span<const SeeingCamera> cameras,
 std::optional<std::size_t> contradiction(std::span<const SeeingCamera> cameras, const KnownRig& rig,
                                          const Pose& pose) {
   std::optional<std::size_t> worst;
-  double most = policy::kOutlierSigmas;
+  double most = chi_square_quantile(6, policy::kOutlierSigmas);
   for (std::size_t i = 0; i < cameras.size(); ++i)
-    if (const double score = contradiction_of(cameras[i], rig, pose); score > most) {
-      most = score;
+    if (const double square = contradiction_of(cameras[i], rig, pose); square > most) {
+      most = square;
       worst = i;
     }
   return worst;
@@ -255,7 +253,7 @@ std::vector<JointPose> solve_without_contradictions(std::vector<SeeingCamera>& c
                                                     std::vector<Finding>& findings) {
   for (;;) {
     std::vector<JointPose> minima = joint_poses(cameras);
-    if (minima.empty() || cameras.size() == 1) return minima;
+    if (minima.empty()) return minima;
     const auto wrong = contradiction(cameras, rig, minima.front().rig_from_target);
     if (!wrong) return minima;
     const std::string& name = cameras[*wrong].camera->name;
@@ -323,9 +321,12 @@ RigPoseEstimate estimate_rig_pose(std::span<const ViewCorrespondences> seen, con
   PoseEstimate& joint = estimate.rig;
   if (cameras.empty())
     add(joint.findings, code::target_unseen, "no camera alone determines a pose of the target");
-  const auto minima = solve_without_contradictions(cameras, rig, joint.findings);
-  joint.hypotheses = cameras.size() == 1 ? hypotheses_of_one(cameras.front(), rig)
-                                         : hypotheses_of(cameras, rig, minima);
+  if (cameras.size() == 1) {
+    joint.hypotheses = hypotheses_of_one(cameras.front(), rig);
+  } else {
+    const auto minima = solve_without_contradictions(cameras, rig, joint.findings);
+    joint.hypotheses = hypotheses_of(cameras, rig, minima);
+  }
   add_warnings_of(cameras, joint.findings);
   if (joint.hypotheses.empty() && is_answer(judge(joint.findings)))
     add(joint.findings, code::not_converged, "no pose of the rig lies before all cameras");
