@@ -6,8 +6,8 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
-#include "tagcal/detect/tag_fit/tag_kernels.hpp"
 #include "tagcal/geometry/pose.hpp"
 
 namespace tagcal::internal {
@@ -19,20 +19,17 @@ using Eigen::Vector3d;
 constexpr int kSpacing = 8;       // px between the places that are computed exactly
 constexpr double kDeltaPx = 0.5;  // numeric: of differences
 
-// Weights of the values at -1, 0, 1 and 2 in the cubic through them, at 0 <= t < 1.
-std::array<double, 4> cubic_weights(double t) {
+using Segment = Eigen::Array<float, 1, kSpacing>;
+
+// Weights of the values at -1, 0, 1 and 2 in the cubic through them, at 0 <= t < 1 in equal steps.
+std::array<Segment, 4> cubic_weights() {
+  const Segment t = Segment::LinSpaced(0, kSpacing - 1) / kSpacing;
   return {-t * (t - 1) * (t - 2) / 6, (t + 1) * (t - 1) * (t - 2) / 2, -(t + 1) * t * (t - 2) / 2,
           (t + 1) * t * (t - 1) / 6};
 }
 
-using Row = std::vector<Vector2d>;
-
-Row blended(const std::array<const Row*, 4>& rows, const std::array<double, 4>& weights) {
-  Row result(rows[0]->size(), Vector2d::Zero());
-  for (std::size_t k = 0; k < 4; ++k)
-    for (std::size_t i = 0; i < result.size(); ++i) result[i] += weights[k] * (*rows[k])[i];
-  return result;
-}
+// Number of segments that cover some pixels.
+int num_segments(int pixels) { return (pixels + kSpacing - 1) / kSpacing; }
 
 }  // namespace
 
@@ -94,77 +91,60 @@ StraightPlaces::StraightPlaces(const StraightView& view, const Eigen::Vector2i& 
 }
 
 RowPlaces StraightPlaces::row(int row) const {
-  const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(row) * width_;
-  return {x_.data() + at,  y_.data() + at,  xx_.data() + at,
-          xy_.data() + at, yy_.data() + at, stretch_};
+  return {&x_(row + 1, 1), &y_(row + 1, 1), &xx_(row, 0), &xy_(row, 0), &yy_(row, 0), stretch_};
+}
+
+// Computes the places of the pixels, and of those one farther to each side.
+void StraightPlaces::place(const StraightView& view, const Eigen::Vector2i& first,
+                           const ImageSize& size) {
+  const int rows = size.height + 2, columns = num_segments(size.width + 2);
+  Grid node_x(num_segments(rows) + 3, columns + 3), node_y(num_segments(rows) + 3, columns + 3);
+  const Vector2d nowhere = Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
+  const Vector2d first_node = first.cast<double>() - Vector2d::Constant(1 + kSpacing);
+  for (int j = 0; j < node_x.rows(); ++j) {
+    for (int i = 0; i < node_x.cols(); ++i) {
+      const Vector2d at = view.place(first_node + kSpacing * Vector2d(i, j)).value_or(nowhere);
+      node_x(j, i) = static_cast<float>(at.x());
+      node_y(j, i) = static_cast<float>(at.y());
+    }
+  }
+  static const std::array<Segment, 4> weights = cubic_weights();
+  Eigen::ArrayXf of_row;
+  for (const auto& [nodes, places] : {std::pair{&node_x, &x_}, {&node_y, &y_}}) {
+    places->resize(rows, columns * kSpacing);
+    for (int r = 0; r < rows; ++r) {
+      const int j = r / kSpacing, k = r % kSpacing;
+      of_row = weights[0][k] * nodes->row(j) + weights[1][k] * nodes->row(j + 1) +
+               weights[2][k] * nodes->row(j + 2) + weights[3][k] * nodes->row(j + 3);
+      for (int i = 0; i < columns; ++i)
+        places->row(r).segment<kSpacing>(kSpacing * i) =
+            of_row[i] * weights[0] + of_row[i + 1] * weights[1] + of_row[i + 2] * weights[2] +
+            of_row[i + 3] * weights[3];
+    }
+  }
 }
 
 // Computes the stretch from differences of neighbouring places.
 void StraightPlaces::stretch(const ImageSize& size, double scale) {
-  for (std::vector<float>* values : {&xx_, &xy_, &yy_}) values->resize(x_.size());
+  // Rows are read by whole packs, so that the last one needs room.
+  for (Grid* values : {&xx_, &xy_, &yy_}) values->setZero(size.height + 1, x_.cols());
+  const float per_px = static_cast<float>(scale) / 2;
   float largest = 1;
   for (int r = 0; r < size.height; ++r) {
-    const int above = std::max(0, r - 1), below = std::min(size.height - 1, r + 1);
-    const float per_row =
-        static_cast<float>(scale) / static_cast<float>(std::max(1, below - above));
-    for (int c = 0; c < width_; ++c) {
-      const int before = std::max(0, c - 1), after = std::min(width_ - 1, c + 1);
-      const float per_column =
-          static_cast<float>(scale) / static_cast<float>(std::max(1, after - before));
-      const auto index = [&](int row, int column) {
-        return static_cast<std::size_t>(row) * static_cast<std::size_t>(width_) +
-               static_cast<std::size_t>(column);
-      };
-      const auto across = [&](const std::vector<float>& v) {
-        return per_column * (v[index(r, after)] - v[index(r, before)]);
-      };
-      const auto down = [&](const std::vector<float>& v) {
-        return per_row * (v[index(below, c)] - v[index(above, c)]);
-      };
-      const float x_c = across(x_), x_r = down(x_), y_c = across(y_), y_r = down(y_);
-      const std::size_t k = index(r, c);
-      xx_[k] = x_c * x_c + x_r * x_r;
-      xy_[k] = x_c * y_c + x_r * y_r;
-      yy_[k] = y_c * y_c + y_r * y_r;
-      // False for NaN, where there is no place.
-      const float bound = std::max(xx_[k], yy_[k]) + std::abs(xy_[k]);
-      if (bound > largest) largest = bound;
-    }
+    const auto across = [&](const Grid& v) {
+      return per_px * (v.row(r + 1).segment(2, width_) - v.row(r + 1).head(width_));
+    };
+    const auto down = [&](const Grid& v) {
+      return per_px * (v.row(r + 2).segment(1, width_) - v.row(r).segment(1, width_));
+    };
+    auto xx = xx_.row(r).head(width_), xy = xy_.row(r).head(width_), yy = yy_.row(r).head(width_);
+    xx = across(x_).square() + down(x_).square();
+    xy = across(x_) * across(y_) + down(x_) * down(y_);
+    yy = across(y_).square() + down(y_).square();
+    // Pixels without a place are left out.
+    largest = std::max(largest, (xx.max(yy) + xy.abs()).maxCoeff<Eigen::PropagateNumbers>());
   }
   stretch_ = std::sqrt(static_cast<double>(largest));
-}
-
-void StraightPlaces::place(const StraightView& view, const Eigen::Vector2i& first,
-                           const ImageSize& size) {
-  const auto pixels = static_cast<std::size_t>(size.width) * static_cast<std::size_t>(size.height);
-  const std::size_t with_room = pixels + kTagPack;  // rows are read by whole packs
-  x_.reserve(with_room);
-  y_.reserve(with_room);
-  const Vector2d nowhere = Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
-  std::vector<Row> nodes(static_cast<std::size_t>((size.height - 1) / kSpacing + 4));
-  for (std::size_t j = 0; j < nodes.size(); ++j) {
-    const double at_y = first.y() + kSpacing * (static_cast<double>(j) - 1);
-    for (int i = -1; i < (size.width - 1) / kSpacing + 3; ++i)
-      nodes[j].push_back(view.place({first.x() + kSpacing * i, at_y}).value_or(nowhere));
-  }
-  std::array<std::array<double, 4>, kSpacing> weights;
-  for (std::size_t k = 0; k < kSpacing; ++k)
-    weights[k] = cubic_weights(static_cast<double>(k) / kSpacing);
-  for (int r = 0; r < size.height; ++r) {
-    const auto j = static_cast<std::size_t>(r / kSpacing);
-    const Row row = blended({&nodes[j], &nodes[j + 1], &nodes[j + 2], &nodes[j + 3]},
-                            weights[static_cast<std::size_t>(r % kSpacing)]);
-    for (int c = 0; c < width_; ++c) {
-      const auto i = static_cast<std::size_t>(c / kSpacing);
-      const std::array<double, 4>& w = weights[static_cast<std::size_t>(c % kSpacing)];
-      const Vector2d place =
-          w[0] * row[i] + w[1] * row[i + 1] + w[2] * row[i + 2] + w[3] * row[i + 3];
-      x_.push_back(static_cast<float>(place.x()));
-      y_.push_back(static_cast<float>(place.y()));
-    }
-  }
-  x_.resize(with_room);
-  y_.resize(with_room);
 }
 
 }  // namespace tagcal::internal

@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <optional>
-#include <vector>
 
 #include "tagcal/camera/camera.hpp"
 
@@ -56,9 +55,12 @@ class StraightPlaces {
   void place(const StraightView& view, const Eigen::Vector2i& first, const ImageSize& size);
   void stretch(const ImageSize& size, double scale);
 
+  using Grid = Eigen::Array<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
   int width_;
   double stretch_ = 1;
-  std::vector<float> x_, y_, xx_, xy_, yy_;  // see RowPlaces
+  Grid x_, y_;  // see RowPlaces; with a pixel more on each side
+  Grid xx_, xy_, yy_;
 };
 
 }  // namespace tagcal::internal

@@ -80,12 +80,13 @@ struct PixelRun {
 // products with each other and with the columns of a block.
 struct LightSums {
   static constexpr int kTerms = 7;
-  using Terms = Eigen::Matrix<double, kTerms, 1>;
-  Terms light = Terms::Zero();  // that the residuals are without
-  double squares = 0;           // of these
   Eigen::Matrix<double, kTagLightColumns, kTagColumns + kTagLightColumns, Eigen::RowMajor>
       products = decltype(products)::Zero();
 
+  // Light that all pixels' residuals are without: the sum of their squares, from that with it.
+  double squares_without(const Eigen::Matrix<double, kTerms, 1>& light, double squares) const {
+    return squares + light.dot(own() * light - 2 * columns().row(kTagResidual).transpose());
+  }
   Eigen::Matrix<double, kTerms, kTerms> own() const {
     return products.block<kTerms, kTerms>(0, kTagColumns).selfadjointView<Eigen::Lower>();
   }
@@ -140,14 +141,15 @@ class TagFitter {
   PixelSpan in_window(int row) const;
   PixelSpan in_picture(int row) const;
   void collect_row(int row);
-  void add_span(TagBlock& block, std::optional<int> row, PixelSpan span);
+  void add_span(TagBlock& block, int row, PixelSpan span);
   void add_block(TagBlock& block);
   void add_flat(bool white);
 
   TagFit fit_by(const FitStage& stage);
   bool may_need_light() const;
-  LightSums collect_light(const LightSums::Terms& light);
+  LightSums collect_light();
   void add_light(TagBlock& block);
+  void add_flat_light(bool white);
   void admit_light();
   double noise_factor() const;
   void smooth();

@@ -50,8 +50,8 @@ bool TagFitter::may_need_light() const {
 }
 
 // Computes the sums at the model's parameters, and those of the terms of light.
-LightSums TagFitter::collect_light(const LightSums::Terms& light) {
-  light_.emplace().light = light;
+LightSums TagFitter::collect_light() {
+  light_.emplace();
   collect();
   const LightSums sums = *light_;
   light_.reset();
@@ -71,29 +71,44 @@ void TagFitter::add_light(TagBlock& block) {
   const auto& one = column(kBlack);
   const auto& spread = column(kLogSpread);
   int k = kTagColumns;
-  const auto put = [&](const auto& term) {
-    column(k) = term;
-    column(kTagResidual) -= static_cast<float>(light_->light[k - kTagColumns]) * column(k);
-    ++k;
-  };
-  put(x * one);
-  put(y * one);
+  column(k++) = x * one;
+  column(k++) = y * one;
   const Eigen::ArrayXf level =
       static_cast<float>(p[kBlack]) * one + static_cast<float>(p[kGain]) * column(kGain);
-  put(x * x * level);
-  put(x * y * level);
-  put(y * y * level);
-  put(x * spread);
-  put(y * spread);
+  column(k++) = x * x * level;
+  column(k++) = x * y * level;
+  column(k++) = y * y * level;
+  column(k++) = x * spread;
+  column(k++) = y * spread;
   column(k).setZero();
-  light_->squares += static_cast<double>(column(kTagResidual).matrix().squaredNorm());
   fastest_tag_kernels().add_light_products(block, light_->products.data());
+}
+
+// Adds pixels of one colour, where the terms of the spread are zero.
+void TagFitter::add_flat_light(bool white) {
+  const TagFlatSums& s = flat_[white ? 1 : 0];
+  const double share = white,
+               level = model_.parameters()[kBlack] + share * model_.parameters()[kGain];
+  Eigen::Matrix<double, 5, 5> own;         // sums of products of x, y, xx, xy, yy
+  own << s.xx, s.xy, s.xxx, s.xxy, s.xyy,  //
+      s.xy, s.yy, s.xxy, s.xyy, s.yyy,     //
+      s.xxx, s.xxy, s.xxxx, s.xxxy, s.xxyy, s.xxy, s.xyy, s.xxxy, s.xxyy, s.xyyy, s.xyy, s.yyy,
+      s.xxyy, s.xyyy, s.yyyy;
+  Eigen::Matrix<double, 5, 5> by_column;  // the same with black, gain, its slopes, and the residual
+  by_column << s.x, share * s.x, share * s.xx, share * s.xy, s.xr,  //
+      s.y, share * s.y, share * s.xy, share * s.yy, s.yr,           //
+      s.xx, share * s.xx, share * s.xxx, share * s.xxy, s.xxr,      //
+      s.xy, share * s.xy, share * s.xxy, share * s.xyy, s.xyr,      //
+      s.yy, share * s.yy, share * s.xyy, share * s.yyy, s.yyr;
+  const Eigen::DiagonalMatrix<double, 5> levels(1, 1, level, level, level);
+  light_->products.block<5, 5>(0, kBlack) += levels * by_column;
+  light_->products.block<5, 5>(0, kTagColumns) += levels * own * levels;
 }
 
 // Makes one more step, with the terms of light, if the residuals show these: few tags need them, so
 // they are no parameters of each step.
 void TagFitter::admit_light() {
-  const LightSums sums = collect_light(LightSums::Terms::Zero());
+  const LightSums sums = collect_light();
   Eigen::Matrix<double, kCount, LightSums::kTerms> cross;
   const auto columns = sums.columns();
   const auto of_light = sums.own();
@@ -115,7 +130,8 @@ void TagFitter::admit_light() {
   if (!(gain > std::max(policy::kLightSure * variance, kBoxVariance * sums_.num_pixels))) return;
   const TagSums before = sums_;
   model_.set(before.at + inverse.solve(right - cross * light));
-  const double left = collect_light(light).squares;
+  const LightSums after = collect_light();
+  const double left = after.squares_without(light, sums_.squares);
   if (before.squares - left < gain / 2) {  // a border sharper than a pixel: far from linear
     model_.set(before.at);
     return collect();

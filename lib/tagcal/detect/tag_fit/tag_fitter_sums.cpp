@@ -17,7 +17,6 @@ void TagFitter::collect() {
   for (TagBlock& block : blocks_) model_.start(block, frees_bends(), places_.has_value());
   for (int row = 0; row < patch_.height; row += stage_.row_step) collect_row(row);
   for (TagBlock& block : blocks_) add_block(block);
-  if (light_) flat_ = {};  // those pixels are in the blocks
   const auto lower = products_.triangularView<Eigen::Lower>();
   const TagProducts sums = lower.toDenseMatrix().selfadjointView<Eigen::Lower>();
   // The residual's column stands between those of the parameters.
@@ -34,16 +33,18 @@ void TagFitter::collect() {
   sums_.gradient.segment(kFirst, num_rest) = sums.col(kTagResidual).segment(kRest, num_rest);
   sums_.squares = sums(kTagResidual, kTagResidual);
   sums_.num_pixels = static_cast<int>(sums(kBlack, kBlack));  // those that are not clipped
-  for (const bool white : {false, true}) add_flat(white);
+  for (const bool white : {false, true}) {
+    add_flat(white);
+    if (light_) add_flat_light(white);
+  }
 }
 
-// Without a row the pixels are of one colour, and their residuals are of no border.
-void TagFitter::add_span(TagBlock& block, std::optional<int> row, PixelSpan span) {
+void TagFitter::add_span(TagBlock& block, int row, PixelSpan span) {
   while (span.begin < span.end) {
     const int count = std::min(span.end - span.begin, kTagBlock - block.size);
-    if (row && !stage_.is_rough)
+    if (!stage_.is_rough)
       runs_[static_cast<std::size_t>(&block - blocks_.data())].push_back(
-          {block.size, *row * patch_.width + span.begin, count});
+          {block.size, row * patch_.width + span.begin, count});
     model_.add(block, span.begin, count);
     span.begin += count;
     if (block.size == kTagBlock) add_block(block);
@@ -93,16 +94,14 @@ void TagFitter::collect_row(int row) {
   }
   if (span.begin >= span.end) return;
   model_.select(place, patch_.row(row), policy::kTagUnknownReach / (are_spans_fixed_ ? 2 : 1),
-                span.begin, span.end, flat_.data());
+                span.begin, span.end, flat_.data(), light_.has_value());
   while (span.begin < span.end && model_.seen(span.begin) == kSeenNothing) ++span.begin;
   while (span.begin < span.end && model_.seen(span.end - 1) == kSeenNothing) --span.end;
   for (PixelSpan same = {span.begin, span.begin}; same.begin < span.end; same.begin = same.end) {
     const std::int32_t seen = model_.seen(same.begin);
     while (same.end < span.end && model_.seen(same.end) == seen) ++same.end;
-    const bool is_flat = seen == kSeenBlack || seen == kSeenWhite;
     if (seen == kSeenLine) add_span(blocks_[0], row, same);
     if (seen == kSeenLines) add_span(blocks_[1], row, same);
-    if (light_ && is_flat) add_span(blocks_[0], {}, same);
   }
 }
 

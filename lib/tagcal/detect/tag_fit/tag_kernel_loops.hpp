@@ -245,6 +245,7 @@ inline IntPack seen(const TagTable& table, Pack x, Pack y, float reach, const Fe
 }
 
 // Adds the pixels that a mask selects.
+template <bool kLight>
 inline void add_flat(IntPack mask, Pack x, Pack y, Pack r, Pack* sums) {
   const Pack zero = {};
   x = mask ? x : zero;
@@ -265,10 +266,16 @@ inline void add_flat(IntPack mask, Pack x, Pack y, Pack r, Pack* sums) {
                         yy * r,
                         r * r};
   for (const Pack& term : terms) *sums++ += term;
+  if (!kLight) return;
+  const Pack of_light[] = {x * xx,  xx * y,  x * yy,  y * yy, xx * xx,
+                           xx * xy, xx * yy, xy * yy, yy * yy};
+  for (const Pack& term : of_light) *sums++ += term;
 }
 
-void select(const TagTable& table, const TagPixelRow& row, TagFlatSums* flat) {
-  Pack sums[2][16] = {};  // as in TagFlatSums
+template <bool kLight>
+inline void select_with(const TagTable& table, const TagPixelRow& row, TagFlatSums* flat) {
+  constexpr int kSums = kLight ? 24 : 16;
+  Pack sums[2][kSums] = {};  // as in TagFlatSums
   IntPack lane;
   for (int i = 0; i < kFloatLanes; ++i) lane[i] = i;
   for (int c = row.from; c < row.to; c += kFloatLanes) {
@@ -293,12 +300,20 @@ void select(const TagTable& table, const TagPixelRow& row, TagFlatSums* flat) {
     if (!any_set(is_black | is_white)) continue;
     const Pack level = load<Pack>(row.level + c), black = splat<Pack>(table.black);
     const Pack contrast = table.gain + table.gain_by_x * raw_x + table.gain_by_y * raw_y;
-    add_flat(is_black & ~is_clipped(table, level, black), raw_x, raw_y, level - black, sums[0]);
-    add_flat(is_white & ~is_clipped(table, level, black + contrast), raw_x, raw_y,
-             level - black - contrast, sums[1]);
+    add_flat<kLight>(is_black & ~is_clipped(table, level, black), raw_x, raw_y, level - black,
+                     sums[0]);
+    add_flat<kLight>(is_white & ~is_clipped(table, level, black + contrast), raw_x, raw_y,
+                     level - black - contrast, sums[1]);
   }
   for (int colour = 0; colour < 2; ++colour)
-    for (int i = 0; i < 16; i += 4) add_sums(&sums[colour][i], &flat[colour].n + i);
+    for (int i = 0; i < kSums; i += 4) add_sums(&sums[colour][i], &flat[colour].n + i);
+}
+
+void select(const TagTable& table, const TagPixelRow& row, TagFlatSums* flat) {
+  if (row.has_light)
+    select_with<true>(table, row, flat);
+  else
+    select_with<false>(table, row, flat);
 }
 
 // Products of two columns with four, in single precision over a block.

@@ -64,6 +64,7 @@ struct TagPixelRow {
   const float *xx, *xy, *yy;  // as in RowPlaces
   float reach;                // spreads within which a line is felt
   float unknown;              // spreads within which the unknown beyond the outermost lines is felt
+  bool has_light;             // sums of third and fourth order are wanted
   // Results: bent places; of the columns and rows of lines the first that is felt; the number of
   // lines that are felt, of the direction that has more; what is known (kSeen..).
   float *bent_x, *bent_y;
@@ -71,9 +72,10 @@ struct TagPixelRow {
 };
 
 // Sums over pixels of one colour, whose derivatives by the geometry are zero: of 1, x, y, xx, xy,
-// yy, and of the residual r times 1, x, y, xx, xy, yy and r.
+// yy, of the residual r times 1, x, y, xx, xy, yy and r, and of terms of third and fourth order.
 struct TagFlatSums {
-  double n, x, y, xx, xy, yy, r, xr, yr, xxr, xyr, yyr, rr, unused[3];
+  double n, x, y, xx, xy, yy, r, xr, yr, xxr, xyr, yyr, rr;
+  double xxx, xxy, xyy, yyy, xxxx, xxxy, xxyy, xyyy, yyyy, unused[2];
 };
 
 // Columns of derivatives: by the homography, by the spread's logarithm, by the grey levels (black,

@@ -118,7 +118,7 @@ void TagModel::start(TagBlock& block, bool is_bent, bool is_stretched) const {
 }
 
 void TagModel::select(const TagRow& row, const float* levels, double reach, int begin, int end,
-                      TagFlatSums* flat) {
+                      TagFlatSums* flat, bool has_light) {
   const auto size = static_cast<std::size_t>(std::max(0, end) + kTagPack);
   if (x_.size() < size) {
     for (std::vector<float>* places : {&x_, &y_, &bent_x_, &bent_y_}) places->resize(size);
@@ -142,6 +142,7 @@ void TagModel::select(const TagRow& row, const float* levels, double reach, int 
           straight.yy,
           static_cast<float>(kTagReach * stretch),
           static_cast<float>(reach * stretch),
+          has_light,
           bent_x_.data(),
           bent_y_.data(),
           columns_.data(),

@@ -70,9 +70,9 @@ class TagModel {
 
   // Selects pixels [begin, end) of a row, of the given levels: those at least `reach` spreads
   // inside the outermost lines, beyond which the pattern is unknown. Adds pixels of one colour to
-  // the sums of black and of white.
+  // the sums of black and of white; those of third and fourth order if terms of light need them.
   void select(const TagRow& row, const float* levels, double reach, int begin, int end,
-              TagFlatSums* flat);
+              TagFlatSums* flat, bool has_light = false);
 
   // What is known of pixel c of the row (kSeen..).
   std::int32_t seen(int c) const { return seen_[static_cast<std::size_t>(c)]; }
