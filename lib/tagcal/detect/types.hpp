@@ -138,8 +138,12 @@ struct TagFitOptions {
   // Fits the whole tag however large and bent it is, never corner by corner.
   bool is_whole = false;
   // A fit under the picture's lens follows: a tag that would be fitted corner by corner is not, and
-  // only gets approximate corners (TagFit::is_by_corner, not converged).
+  // only gets approximate corners (TagFit::is_by_corner, not converged); a corner is fitted to half
+  // as much of the sides next to it.
   bool lens_follows = false;
+  // The start of a corner and of its neighbourhood is good to a quarter of a pixel, by earlier
+  // fits: stages that lead there are left out.
+  bool is_near = false;
   // Prior standard deviation of the shift of borders between black and white, px: by ink that
   // spreads, and by bloom of bright paper, each. Corners are reported without the shift. Zero: no
   // shift.

@@ -72,16 +72,16 @@ CheckerFitter::CheckerFitter(const ImageView8& image, const CheckerPrint& print,
 
 std::optional<CheckerCorner> CheckerFitter::fit_one(const CheckerCell& cell,
                                                     const std::vector<CheckerPlace>& known,
-                                                    const Camera* camera) const {
+                                                    const TagFitOptions& options) const {
   const auto h = local_homography(cell, known);
   if (!h) return std::nullopt;
   const Vector2d start = h->col(2).hnormalized();
   const double side = shorter_side(*h);
   if (!start.allFinite()) return std::nullopt;
-  const TagFitOptions options = with_usual_priors({.camera = camera}, image_.size());
   for (const double outside : {1.0, policy::kCheckerOutside}) {
     if (outside < 1 && !print_.is_at_edge(cell)) break;
-    const CornerFit fit = refine_corner(image_, print_.about(cell, outside), *h, options);
+    const CornerFit fit = refine_corner(image_, print_.about(cell, outside), *h,
+                                        with_usual_priors(options, image_.size()));
     if (fit.status != TagFitStatus::converged) continue;
     if ((fit.corner - start).norm() > policy::kMaxMoveShare * side) continue;
     return CheckerCorner{fit.corner, fit.covariance_px2};
@@ -105,7 +105,7 @@ CheckerCorners CheckerFitter::fit(const std::vector<CheckerPlace>& known) const 
         for (const CheckerPlace& place : places) near += is_near(place, cell, kNear) ? 1U : 0U;
         if (near < 2 || near <= tried[cell]) continue;
         tried[cell] = near;
-        const auto corner = fit_one(cell, places, camera_);
+        const auto corner = fit_one(cell, places, {.camera = camera_, .lens_follows = true});
         if (!corner) continue;
         corners[cell] = *corner;
         found.push_back({on_board(cell), corner->at});
@@ -129,7 +129,7 @@ int CheckerFitter::fit_again(CheckerCorners& corners) const {
   for (const auto& [cell, corner] : corners) places.push_back({on_board(cell), corner.at});
   int count = 0;
   for (auto& [cell, corner] : corners) {
-    const auto fitted = fit_one(cell, places, camera_);
+    const auto fitted = fit_one(cell, places, {.camera = camera_});
     if (!fitted) continue;
     corner = *fitted;
     ++count;
@@ -138,17 +138,17 @@ int CheckerFitter::fit_again(CheckerCorners& corners) const {
 }
 
 void CheckerFitter::fit_under_lens(CheckerCorners& corners) const {
-  if (camera_) return;
   std::vector<PanelCorner> on_panel;
   std::vector<CheckerPlace> places;
   for (const auto& [cell, corner] : corners) {
     on_panel.push_back({on_board(cell), corner.at, std::sqrt(corner.covariance_px2.trace() / 2)});
     places.push_back({on_board(cell), corner.at});
   }
-  const auto lens = lens_of_panel(on_panel, image_.size());
-  if (!lens || lens->spread > policy::kPanelTailSpreads) return;
+  TagFitOptions options{.camera = camera_, .is_near = true};
+  const auto lens = camera_ ? std::nullopt : lens_of_panel(on_panel, image_.size());
+  if (lens && lens->spread <= policy::kPanelTailSpreads) options.camera = &lens->camera;
   for (auto& [cell, corner] : corners)
-    if (const auto fitted = fit_one(cell, places, &lens->camera)) corner = *fitted;
+    if (const auto fitted = fit_one(cell, places, options)) corner = *fitted;
 }
 
 bool CheckerFitter::drop_outliers(CheckerCorners& corners) const {

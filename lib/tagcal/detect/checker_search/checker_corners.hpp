@@ -28,11 +28,12 @@ class CheckerFitter {
   CheckerFitter(const ImageView8& image, const CheckerPrint& print, const Camera* camera);
 
   // Fits the corners that stand near enough to the known places to be predicted by a homography of
-  // the nearest ones; corners that are found predict further ones.
+  // the nearest ones; corners that are found predict further ones. The fits are quick ones, which
+  // fit_under_lens() completes.
   CheckerCorners fit(const std::vector<CheckerPlace>& known) const;
 
-  // Fits the corners again under the lens that they show together, if they determine it: bends are
-  // not estimated from each corner then.
+  // Fits the corners again, under the camera or the lens that they show together, if they determine
+  // it: bends are not estimated from each corner then.
   void fit_under_lens(CheckerCorners& corners) const;
 
   // Removes the corners that the lens of all does not explain. False if they do not determine one.
@@ -44,7 +45,7 @@ class CheckerFitter {
  private:
   std::optional<CheckerCorner> fit_one(const CheckerCell& cell,
                                        const std::vector<CheckerPlace>& known,
-                                       const Camera* camera) const;
+                                       const TagFitOptions& options) const;
 
   const ImageView8& image_;
   const CheckerPrint& print_;

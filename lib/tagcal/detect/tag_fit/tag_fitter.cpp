@@ -27,11 +27,14 @@ constexpr double kSecondOrder = 0.25;  // numeric: rate of convergence by second
 constexpr double kNearPx = 0.25;       // numeric: after a smaller step all rows are used
 constexpr double kHeld = 1e18;         // the prior's weight for parameters that are held
 constexpr int kMaxInWindow = 3;        // iterations in one window
+// px, as half sides: growth of the windows about a corner.
+constexpr double kWindowStepPx = policy::kTagInsidePx / 4;
 constexpr int kFewRows = 16;
 constexpr int kMaxRowStep = 6;
-constexpr int kMaxOnFewRows = 4;    // iterations
-constexpr int kFreeIterations = 2;  // in which the set of pixels may change
-constexpr double kWider = 1.05;     // numeric: growth of the spread after which it may change again
+constexpr int kMaxOnFewRows = 4;      // iterations
+constexpr int kFreeIterations = 2;    // in which the set of pixels may change
+constexpr double kSmallStepPx = 0.1;  // numeric: a step against the reach of lines, 3 px and more
+constexpr double kWider = 1.05;  // numeric: growth of the spread after which it may change again
 constexpr double kFirstDamping = 0.05;  // numeric: Levenberg-Marquardt's, after a first bad step
 constexpr double kDampingFactor = 5;    // numeric: growth after a bad step, fall after a good one
 // Variance of a place in a smoothed picture over that by independent residuals: along a border the
@@ -39,9 +42,6 @@ constexpr double kDampingFactor = 5;    // numeric: growth after a bad step, fal
 // border of spread 0.9 px keeps 0.78 of its energy.
 constexpr double kSmoothVariance = 0.78 * 64 / 9;  // numeric: filter's gain, as above
 constexpr double kOtherPixels = 1.5;  // numeric: growth of the mean square by other pixels
-
-// Half side of the window about a corner in a part of `quarters` quarters of the region.
-double window_px(int quarters) { return quarters * policy::kTagInsidePx / 4; }
 
 }  // namespace
 
@@ -57,11 +57,14 @@ TagFitter::TagFitter(const TagRegion& region, const TagCorners& start, const Tag
 // bends and perspective, and hardly shifts.
 std::vector<FitStage> TagFitter::rough_stages() const {
   std::vector<FitStage> stages;
-  for (int quarters = 1; region_.corner && quarters <= 3; ++quarters)
-    stages.push_back({.max_steps = kMaxInWindow,
+  const double last_px = region_.inside_px - kWindowStepPx;
+  for (double px = options_.is_near ? last_px : kWindowStepPx; px > 0 && px <= last_px;
+       px += kWindowStepPx)
+    stages.push_back({.max_steps = options_.is_near ? 1 : kMaxInWindow,
                       .is_rough = true,
-                      .window_px = window_px(quarters),
+                      .window_px = px,
                       .is_affine = true});
+  if (options_.is_near) return stages;
   // Few rows about one corner do not determine all parameters.
   const int row_step = std::clamp(patch_.height / kFewRows, 1, region_.corner ? 2 : kMaxRowStep);
   const int max_steps = region_.corner ? 1 : kMaxOnFewRows;
@@ -85,19 +88,20 @@ void TagFitter::damp_if_worse(const std::optional<TagSums>& before, double toler
 // Makes the steps of a stage.
 StageEnd TagFitter::run(const FitStage& stage) {
   stage_ = stage;
-  double spans_spread = 0;  // the spread for which the spans were selected
+  double selected_spread = 0;  // the spread for which the pixels were selected
   std::optional<TagSums> before;
   damping_ = 0;
   for (int k = 1; k <= stage.max_steps; ++k) {
-    // The set of pixels is fixed from the third iteration on, so that it does not alternate between
-    // steps; but not while the blur still grows, because unknown surroundings then reach farther.
-    const bool were_spans_fixed = are_spans_fixed_;
-    are_spans_fixed_ =
-        !stage.is_rough && k > kFreeIterations && model_.spread() < kWider * spans_spread;
-    if (!are_spans_fixed_) spans_spread = model_.spread();
+    // The set of pixels is fixed after a small step or two others, so that it does not alternate
+    // between steps; but not while the blur still grows: unknown surroundings then reach farther.
+    const bool was_selection_kept = is_selection_kept_;
+    is_selection_kept_ = !stage.is_rough &&
+                         k > (last_.move_px < kSmallStepPx ? 1 : kFreeIterations) &&
+                         model_.spread() < kWider * selected_spread;
+    if (!is_selection_kept_) selected_spread = model_.spread();
     collect();
     if (sums_.num_pixels < kMinPixels) return StageEnd::too_few_pixels;
-    damp_if_worse(before, were_spans_fixed && are_spans_fixed_ ? 1 : kOtherPixels);
+    damp_if_worse(before, was_selection_kept && is_selection_kept_ ? 1 : kOtherPixels);
     before = sums_;
     const auto step = this->step();
     if (!step) return StageEnd::not_finite;
@@ -305,7 +309,8 @@ TagFit TagFitter::fit() {
   // Far from the corner the picture shows something else: fits the largest window alone.
   if (region_.corner && !is_like_window()) {
     model_.set(parameters);
-    fit = fit_by({.max_steps = options_.max_iterations, .window_px = window_px(3)});
+    fit = fit_by(
+        {.max_steps = options_.max_iterations, .window_px = region_.inside_px - kWindowStepPx});
     if (!is_like_window()) return {};
   }
   // If the bends keep the fit from converging, the decision of the first steps stands.

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <cstddef>
+#include <deque>
 #include <optional>
 #include <vector>
 
@@ -69,11 +70,16 @@ struct BorderShift {
   Eigen::Vector2d weights = Eigen::Vector2d::Zero();  // 1/px^2, of each if the other is known
 };
 
-// Pixels of a row that stand together in a block.
-struct PixelRun {
-  int in_block = 0;  // the first one
-  int in_patch = 0;
-  int count = 0;
+// Sums over pixels of one colour: products of 1, x, y, xx, xy, yy with each other and with the
+// residual, and the squares of the residual.
+struct FlatPixels {
+  Eigen::Matrix<double, 6, 6> products;
+  Eigen::Vector<double, 6> by_residual;
+  double squares = 0;
+
+  explicit FlatPixels(const TagFlatSums& sums = {});
+  // The residuals after a change of the model by 1, x and y.
+  void change_model(const Eigen::Vector3d& by);
 };
 
 // Terms of light beyond the model's (TagFitter::admit_light), and sums over all pixels of their
@@ -136,19 +142,21 @@ class TagFitter {
   void set_prior(const TagParameters& start);
   bool is_in_region(std::size_t corner) const;
 
-  // Computes the sums of the present stage.
+  // Computes the sums of the present stage: over its pixels as they were selected, if the selection
+  // is kept.
   void collect();
+  void select();
+  void select_row(int row, std::array<TagFlatSums, 2>& flat);
   PixelSpan in_window(int row) const;
   PixelSpan in_picture(int row) const;
-  void collect_row(int row);
-  void add_span(TagBlock& block, int row, PixelSpan span);
+  void add_span(TagBlock*& block, int row, PixelSpan span);
   void add_block(TagBlock& block);
   void add_flat(bool white);
 
   TagFit fit_by(const FitStage& stage);
   bool may_need_light() const;
   LightSums collect_light();
-  void add_light(TagBlock& block);
+  void add_light(const TagBlock& block);
   void add_flat_light(bool white);
   void admit_light();
   double noise_factor() const;
@@ -190,16 +198,19 @@ class TagFitter {
   bool is_prior_widened_ = false;
 
   FitStage stage_;
-  std::vector<PixelSpan> spans_;  // of known pixels, row by row
-  bool are_spans_fixed_ = false;
-  // Blocks of pixels that depend on the geometry, by one line of each direction and by several;
-  // sums of their products; and sums over the others, black and white.
-  std::array<TagBlock, 2> blocks_{};
+  // The selected pixels: blocks of those that depend on the geometry, of which the last by one
+  // line of each direction and the last by several are open, and sums over the others, black and
+  // white, at the parameters at which they were selected.
+  std::deque<TagBlock> blocks_;
+  std::array<TagBlock*, 2> open_{};
+  std::array<FlatPixels, 2> selected_flat_;
+  TagParameters selected_at_;
+  bool is_selection_kept_ = false;
+  TagDerivatives derivatives_;  // of a block
   TagProducts products_;
-  std::array<TagFlatSums, 2> flat_;
-  std::optional<LightSums> light_;             // if wanted
-  std::array<std::vector<PixelRun>, 2> runs_;  // of the blocks
-  Eigen::VectorXf border_residuals_;           // by pixels of the patch; zero elsewhere
+  std::array<FlatPixels, 2> flat_;    // at the present parameters
+  std::optional<LightSums> light_;    // if wanted
+  Eigen::VectorXf border_residuals_;  // by pixels of the patch; zero elsewhere
   double noise_factor_ = 1;
   TagSums sums_;
   double damping_ = 0;  // Levenberg and Marquardt's

@@ -35,17 +35,23 @@ bool TagFitter::may_need_light() const {
   // Pixels sample these borders too coarsely: sampling, not light, makes their residuals.
   if (model_.spread() < policy::kUsualSpreadPx / 2) return false;
   if (p.segment<2>(kM3).norm() > kTilted) return true;
-  const auto& [black, white] = flat_;
-  const double b = p[kBlack], w = p[kBlack] + p[kGain], n = std::max(1.0, black.n);
-  const double xx = b * b * black.xx + w * w * white.xx, yy = b * b * black.yy + w * w * white.yy;
   const auto share = [](double sum, double variance) {
     return variance > 0 ? sum * sum / variance : 0;
   };
-  const double squares = share(black.xr, black.xx - black.x * black.x / n) +
-                         share(black.yr, black.yy - black.y * black.y / n) +
-                         share(b * black.xxr + w * white.xxr, kOfSquare * xx) +
-                         share(b * black.xyr + w * white.xyr, kOfProduct * (xx + yy) / 2) +
-                         share(b * black.yyr + w * white.yyr, kOfSquare * yy);
+  // Sums over pixels of one colour, of black and of both as light shades them.
+  const FlatPixels& black = flat_[0];
+  const double b = p[kBlack], w = p[kBlack] + p[kGain];
+  const Eigen::Matrix<double, 6, 6> products = b * b * black.products + w * w * flat_[1].products;
+  const Eigen::Vector<double, 6> shaded = b * black.by_residual + w * flat_[1].by_residual;
+  const double n = std::max(1.0, black.products(0, 0));
+  const double xx = products(1, 1), yy = products(2, 2);
+  const auto about_mean = [&](int k) {
+    return black.products(k, k) - black.products(0, k) * black.products(0, k) / n;
+  };
+  const double squares =
+      share(black.by_residual[1], about_mean(1)) + share(black.by_residual[2], about_mean(2)) +
+      share(shaded[3], kOfSquare * xx) + share(shaded[4], kOfProduct * (xx + yy) / 2) +
+      share(shaded[5], kOfSquare * yy);
   return squares > policy::kLightSure / 2 * last_.variance;
 }
 
@@ -60,13 +66,13 @@ LightSums TagFitter::collect_light() {
 
 // The terms are a slope of black by x and y (white has one in the model), shade of second order, by
 // which light multiplies both, and a slope of the spread: a tilted tag is not in focus everywhere.
-void TagFitter::add_light(TagBlock& block) {
+void TagFitter::add_light(const TagBlock& block) {
   // By whole packs: what pads a block is zero in all columns.
   const int size = (block.size + kTagPack - 1) / kTagPack * kTagPack;
   const auto column = [&](int k) {
-    return Eigen::Map<Eigen::ArrayXf, Eigen::Aligned64>(block.derivatives[k], size);
+    return Eigen::Map<Eigen::ArrayXf, Eigen::Aligned64>(derivatives_.columns[k], size);
   };
-  const Eigen::Map<const Eigen::ArrayXf> x(block.raw_x, size), y(block.raw_y, size);
+  const Eigen::Map<const Eigen::ArrayXf> x(block.x, size), y(block.y, size);
   const TagParameters& p = model_.parameters();
   const auto& one = column(kBlack);
   const auto& spread = column(kLogSpread);
@@ -81,26 +87,20 @@ void TagFitter::add_light(TagBlock& block) {
   column(k++) = x * spread;
   column(k++) = y * spread;
   column(k).setZero();
-  fastest_tag_kernels().add_light_products(block, light_->products.data());
+  fastest_tag_kernels().add_light_products(derivatives_, light_->products.data());
 }
 
 // Adds pixels of one colour, where the terms of the spread are zero.
 void TagFitter::add_flat_light(bool white) {
-  const TagFlatSums& s = flat_[white ? 1 : 0];
-  const double share = white,
-               level = model_.parameters()[kBlack] + share * model_.parameters()[kGain];
-  Eigen::Matrix<double, 5, 5> own;         // sums of products of x, y, xx, xy, yy
-  own << s.xx, s.xy, s.xxx, s.xxy, s.xyy,  //
-      s.xy, s.yy, s.xxy, s.xyy, s.yyy,     //
-      s.xxx, s.xxy, s.xxxx, s.xxxy, s.xxyy, s.xxy, s.xyy, s.xxxy, s.xxyy, s.xyyy, s.xyy, s.yyy,
-      s.xxyy, s.xyyy, s.yyyy;
-  Eigen::Matrix<double, 5, 5> by_column;  // the same with black, gain, its slopes, and the residual
-  by_column << s.x, share * s.x, share * s.xx, share * s.xy, s.xr,  //
-      s.y, share * s.y, share * s.xy, share * s.yy, s.yr,           //
-      s.xx, share * s.xx, share * s.xxx, share * s.xxy, s.xxr,      //
-      s.xy, share * s.xy, share * s.xxy, share * s.xyy, s.xyr,      //
-      s.yy, share * s.yy, share * s.xyy, share * s.yyy, s.yyr;
+  const FlatPixels& pixels = flat_[white ? 1 : 0];
+  const double share = white;
+  const double level = model_.parameters()[kBlack] + share * model_.parameters()[kGain];
   const Eigen::DiagonalMatrix<double, 5> levels(1, 1, level, level, level);
+  // Of x, y, xx, xy, yy with each other, and with black, gain, its slopes, and the residual.
+  const auto own = pixels.products.bottomRightCorner<5, 5>();
+  const auto by_1_x_y = pixels.products.bottomLeftCorner<5, 3>();
+  Eigen::Matrix<double, 5, 5> by_column;
+  by_column << by_1_x_y.col(0), share * by_1_x_y, pixels.by_residual.tail<5>();
   light_->products.block<5, 5>(0, kBlack) += levels * by_column;
   light_->products.block<5, 5>(0, kTagColumns) += levels * own * levels;
 }

@@ -84,7 +84,6 @@ bool TagFitter::cut(const ImageView<T>& image) {
     patch_.levels.insert(patch_.levels.end(), row, row + patch_.width);
   }
   patch_.levels.resize(patch_.levels.size() + kTagPack);
-  spans_.resize(static_cast<std::size_t>(patch_.height));
   if (view_)
     places_.emplace(*view_, Eigen::Vector2i(patch_.x0, patch_.y0),
                     ImageSize{patch_.width, patch_.height}, region_.scale);

@@ -8,14 +8,29 @@ namespace tagcal::internal {
 
 using namespace tag_parameter;
 
+FlatPixels::FlatPixels(const TagFlatSums& s) : squares(s.rr) {
+  const double by_powers[5][5] = {{s.n, s.y, s.yy, s.yyy, s.yyyy},
+                                  {s.x, s.xy, s.xyy, s.xyyy},
+                                  {s.xx, s.xxy, s.xxyy},
+                                  {s.xxx, s.xxxy},
+                                  {s.xxxx}};
+  constexpr int kPowers[6][2] = {{0, 0}, {1, 0}, {0, 1}, {2, 0}, {1, 1}, {0, 2}};
+  for (int i = 0; i < 6; ++i)
+    for (int j = 0; j < 6; ++j)
+      products(i, j) = by_powers[kPowers[i][0] + kPowers[j][0]][kPowers[i][1] + kPowers[j][1]];
+  by_residual << s.r, s.xr, s.yr, s.xxr, s.xyr, s.yyr;
+}
+
+void FlatPixels::change_model(const Eigen::Vector3d& by) {
+  squares += by.dot(products.topLeftCorner<3, 3>() * by - 2 * by_residual.head<3>());
+  by_residual -= products.leftCols<3>() * by;
+}
+
 // Computes the normal equations at the model's parameters.
 void TagFitter::collect() {
   sums_.at = model_.parameters();
-  flat_ = {};
+  if (!is_selection_kept_) select();
   products_.setZero();
-  if (!stage_.is_rough) border_residuals_.setZero(patch_.width * patch_.height);
-  for (TagBlock& block : blocks_) model_.start(block, frees_bends(), places_.has_value());
-  for (int row = 0; row < patch_.height; row += stage_.row_step) collect_row(row);
   for (TagBlock& block : blocks_) add_block(block);
   const auto lower = products_.triangularView<Eigen::Lower>();
   const TagProducts sums = lower.toDenseMatrix().selfadjointView<Eigen::Lower>();
@@ -33,35 +48,44 @@ void TagFitter::collect() {
   sums_.gradient.segment(kFirst, num_rest) = sums.col(kTagResidual).segment(kRest, num_rest);
   sums_.squares = sums(kTagResidual, kTagResidual);
   sums_.num_pixels = static_cast<int>(sums(kBlack, kBlack));  // those that are not clipped
+  flat_ = selected_flat_;
   for (const bool white : {false, true}) {
     add_flat(white);
     if (light_) add_flat_light(white);
   }
 }
 
-void TagFitter::add_span(TagBlock& block, int row, PixelSpan span) {
+void TagFitter::add_span(TagBlock*& block, int row, PixelSpan span) {
   while (span.begin < span.end) {
-    const int count = std::min(span.end - span.begin, kTagBlock - block.size);
-    if (!stage_.is_rough)
-      runs_[static_cast<std::size_t>(&block - blocks_.data())].push_back(
-          {block.size, row * patch_.width + span.begin, count});
-    model_.add(block, span.begin, count);
+    if (!block || block->size == kTagBlock) {
+      block = &blocks_.emplace_back();
+      block->is_bent = frees_bends();
+      block->is_stretched = places_.has_value();
+    }
+    const int count = std::min(span.end - span.begin, kTagBlock - block->size);
+    model_.add(*block, span.begin, count, row * patch_.width + span.begin);
     span.begin += count;
-    if (block.size == kTagBlock) add_block(block);
   }
 }
 
 void TagFitter::add_block(TagBlock& block) {
-  if (block.size == 0) return;
-  model_.evaluate(block);
-  fastest_tag_kernels().add_products(block, products_.data());
+  model_.evaluate(block, derivatives_);
+  fastest_tag_kernels().add_products(derivatives_, products_.data());
   if (light_) add_light(block);
-  std::vector<PixelRun>& runs = runs_[static_cast<std::size_t>(&block - blocks_.data())];
-  for (const PixelRun& run : runs)
-    std::copy_n(block.derivatives[kTagResidual] + run.in_block, run.count,
-                border_residuals_.data() + run.in_patch);
-  runs.clear();
-  block.size = block.num_felt = 0;
+  if (stage_.is_rough) return;
+  for (int i = 0; i < block.size; ++i)
+    border_residuals_[block.in_patch[i]] = derivatives_.columns[kTagResidual][i];
+}
+
+// Sorts the stage's pixels into those of one colour and blocks of the others.
+void TagFitter::select() {
+  blocks_.clear();
+  open_ = {};
+  if (!stage_.is_rough) border_residuals_.setZero(patch_.width * patch_.height);
+  std::array<TagFlatSums, 2> flat{};
+  for (int row = 0; row < patch_.height; row += stage_.row_step) select_row(row, flat);
+  selected_flat_ = {FlatPixels(flat[0]), FlatPixels(flat[1])};
+  selected_at_ = model_.parameters();
 }
 
 PixelSpan TagFitter::in_window(int row) const {
@@ -83,38 +107,39 @@ PixelSpan TagFitter::in_picture(int row) const {
   return {margin - patch_.x0, size_.width - margin - patch_.x0};
 }
 
-void TagFitter::collect_row(int row) {
+void TagFitter::select_row(int row, std::array<TagFlatSums, 2>& flat) {
   TagRow place{(patch_.x0 - region_.middle.x()) / region_.scale, 1 / region_.scale,
                (patch_.y0 + row - region_.middle.y()) / region_.scale};
   if (places_) place.straight = places_->row(row);
-  PixelSpan& span = spans_[static_cast<std::size_t>(row)];
-  if (!are_spans_fixed_) {
-    const PixelSpan window = in_window(row), picture = in_picture(row);
-    span = {std::max(window.begin, picture.begin), std::min(window.end, picture.end)};
-  }
+  const PixelSpan window = in_window(row), picture = in_picture(row);
+  const PixelSpan span = {std::max(window.begin, picture.begin), std::min(window.end, picture.end)};
   if (span.begin >= span.end) return;
-  model_.select(place, patch_.row(row), policy::kTagUnknownReach / (are_spans_fixed_ ? 2 : 1),
-                span.begin, span.end, flat_.data(), light_.has_value());
-  while (span.begin < span.end && model_.seen(span.begin) == kSeenNothing) ++span.begin;
-  while (span.begin < span.end && model_.seen(span.end - 1) == kSeenNothing) --span.end;
+  // Stages that are not rough may end with terms of light.
+  model_.select(place, patch_.row(row), policy::kTagUnknownReach, span.begin, span.end, flat.data(),
+                !stage_.is_rough || light_);
   for (PixelSpan same = {span.begin, span.begin}; same.begin < span.end; same.begin = same.end) {
     const std::int32_t seen = model_.seen(same.begin);
     while (same.end < span.end && model_.seen(same.end) == seen) ++same.end;
-    if (seen == kSeenLine) add_span(blocks_[0], row, same);
-    if (seen == kSeenLines) add_span(blocks_[1], row, same);
+    if (seen == kSeenLine) add_span(open_[0], row, same);
+    if (seen == kSeenLines) add_span(open_[1], row, same);
   }
 }
 
 // Adds pixels of one colour, which depend on the grey levels only.
 void TagFitter::add_flat(bool white) {
-  const TagFlatSums& s = flat_[white ? 1 : 0];
-  sums_.num_pixels += static_cast<int>(s.n);
-  const Eigen::Vector4d share(1, white, white, white);
-  Eigen::Matrix4d places;
-  places << s.n, s.n, s.x, s.y, s.n, s.n, s.x, s.y, s.x, s.x, s.xx, s.xy, s.y, s.y, s.xy, s.yy;
-  sums_.information.block<4, 4>(kBlack, kBlack) += share.asDiagonal() * places * share.asDiagonal();
-  sums_.gradient.segment<4>(kBlack) += share.cwiseProduct(Eigen::Vector4d(s.r, s.r, s.xr, s.yr));
-  sums_.squares += s.rr;
+  const TagParameters change = model_.parameters() - selected_at_;
+  const double share = white;
+  FlatPixels& pixels = flat_[white ? 1 : 0];
+  pixels.change_model({change[kBlack] + share * change[kGain], share * change[kGainSlope],
+                       share * change[kGainSlope + 1]});
+  sums_.num_pixels += static_cast<int>(pixels.products(0, 0));
+  // Black and gain change the level alike.
+  Eigen::Matrix<double, 4, 3> by_model;
+  by_model << 1, 0, 0, share, 0, 0, 0, share, 0, 0, 0, share;
+  sums_.information.block<4, 4>(kBlack, kBlack) +=
+      by_model * pixels.products.topLeftCorner<3, 3>() * by_model.transpose();
+  sums_.gradient.segment<4>(kBlack) += by_model * pixels.by_residual.head<3>();
+  sums_.squares += pixels.squares;
 }
 
 }  // namespace tagcal::internal

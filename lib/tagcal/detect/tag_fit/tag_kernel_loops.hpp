@@ -38,24 +38,23 @@ inline void differentiate(const TagTable& table, const PixelPack& pixel, const F
   all.by_place_y += by_distance * felt.line.by_y;
 }
 
-inline void put(TagBlock& block, int column, int at, Pack values) {
-  store(&block.derivatives[column][at], values);
+inline void put(TagDerivatives& derivatives, int column, int at, Pack values) {
+  store(&derivatives.columns[column][at], values);
 }
 
-inline void put_bends(TagBlock& block, int at, Pack by_x, Pack by_y) {
-  const Pack x = load<Pack>(&block.raw_x[at]), y = load<Pack>(&block.raw_y[at]);
+inline void put_bends(TagDerivatives& all, int at, Pack x, Pack y, Pack by_x, Pack by_y) {
   const Pack xx = x * x, xy = x * y, yy = y * y;
   int column = kTagResidual + 3;
-  put(block, column++, at, by_x * yy);
-  put(block, column++, at, by_y * xx);
-  put(block, column++, at, by_x * xx - by_y * xy);
-  put(block, column++, at, by_x * xy - by_y * yy);
+  put(all, column++, at, by_x * yy);
+  put(all, column++, at, by_y * xx);
+  put(all, column++, at, by_x * xx - by_y * xy);
+  put(all, column++, at, by_x * xy - by_y * yy);
   const Pack both[2] = {by_x, by_y};
   for (const Pack by : both) {
-    put(block, column++, at, by * x * xx);
-    put(block, column++, at, by * x * xy);
-    put(block, column++, at, by * x * yy);
-    put(block, column++, at, by * y * yy);
+    put(all, column++, at, by * x * xx);
+    put(all, column++, at, by * x * xy);
+    put(all, column++, at, by * x * yy);
+    put(all, column++, at, by * y * yy);
   }
 }
 
@@ -77,9 +76,9 @@ inline IntPack is_clipped(const TagTable& table, Pack level, Pack model) {
          ((level <= table.least_level) & (model < level));
 }
 
-inline void put_derivatives(const TagTable& table, TagBlock& block, int at, Pack white,
-                            const ByGeometry& by) {
-  const Pack x = load<Pack>(&block.raw_x[at]), y = load<Pack>(&block.raw_y[at]);
+inline void put_derivatives(const TagTable& table, const TagBlock& block, int at, Pack white,
+                            const ByGeometry& by, TagDerivatives& all) {
+  const Pack x = load<Pack>(&block.x[at]), y = load<Pack>(&block.y[at]);
   const Pack contrast = table.gain + table.gain_by_x * x + table.gain_by_y * y;
   Pack gain = contrast;
   if (table.gamma != 1.0F) white = grey_of_light(table, white, gain);
@@ -90,29 +89,41 @@ inline void put_derivatives(const TagTable& table, TagBlock& block, int at, Pack
   int column = 0;
   const ByHomography* const parts[2] = {&by.columns, &by.rows};
   for (const ByHomography* part : parts) {
-    put(block, column++, at, gain * part->by_x);
-    put(block, column++, at, gain * part->by_y);
-    put(block, column++, at, gain * part->by_1);
+    put(all, column++, at, gain * part->by_x);
+    put(all, column++, at, gain * part->by_y);
+    put(all, column++, at, gain * part->by_1);
   }
-  put(block, column++, at, gain * by.by_last_x);
-  put(block, column++, at, gain * by.by_last_y);
-  put(block, column++, at, gain * by.by_log_spread);
-  put(block, column++, at, one);
-  put(block, column++, at, white);
-  put(block, column++, at, white * x);
-  put(block, column++, at, white * y);
-  put(block, column++, at, one * (level - table.black - contrast * white));
-  put(block, column++, at, gain * table.per_px * by.shifts.by_shift);
-  put(block, column, at, gain * table.per_px * by.shifts.by_shift_on_tag);
-  if (block.is_bent) put_bends(block, at, gain * by.by_place_x, gain * by.by_place_y);
+  put(all, column++, at, gain * by.by_last_x);
+  put(all, column++, at, gain * by.by_last_y);
+  put(all, column++, at, gain * by.by_log_spread);
+  put(all, column++, at, one);
+  put(all, column++, at, white);
+  put(all, column++, at, white * x);
+  put(all, column++, at, white * y);
+  put(all, column++, at, one * (level - table.black - contrast * white));
+  put(all, column++, at, gain * table.per_px * by.shifts.by_shift);
+  put(all, column, at, gain * table.per_px * by.shifts.by_shift_on_tag);
+  if (block.is_bent) put_bends(all, at, x, y, gain * by.by_place_x, gain * by.by_place_y);
+}
+
+// Moves places by the bends, as bend_basis() has them.
+inline void bend(const float* b, Pack& x, Pack& y) {
+  const Pack xx = x * x, xy = x * y, yy = y * y;
+  const Pack by_x =
+      yy * b[0] + xx * b[2] + xy * b[3] + x * (xx * b[4] + xy * b[5] + yy * b[6]) + y * yy * b[7];
+  const Pack by_y =
+      xx * b[1] - xy * b[2] - yy * b[3] + x * (xx * b[8] + xy * b[9] + yy * b[10]) + y * yy * b[11];
+  x += by_x;
+  y += by_y;
 }
 
 template <int kFelt, bool kStretched>
-inline void evaluate_all(const TagTable& table, TagBlock& block) {
+inline void evaluate_all(const TagTable& table, const TagBlock& block, TagDerivatives& all) {
   for (int at = 0; at < block.size; at += kFloatLanes) {
-    const PixelPack pixel = {load<Pack>(&block.x[at]), load<Pack>(&block.y[at]),
-                             load<Pack>(&block.xx[at]), load<Pack>(&block.xy[at]),
-                             load<Pack>(&block.yy[at])};
+    PixelPack pixel = {load<Pack>(&block.x[at]), load<Pack>(&block.y[at]),
+                       load<Pack>(&block.xx[at]), load<Pack>(&block.xy[at]),
+                       load<Pack>(&block.yy[at])};
+    if (table.is_bent) bend(table.bends, pixel.x, pixel.y);
     FeltLine columns[kFelt], rows[kFelt];
     for (int i = 0; i < kFelt; ++i) {
       feel<kStretched>(table, table.columns.lines + i, block.column + at, pixel, columns[i]);
@@ -142,52 +153,41 @@ inline void evaluate_all(const TagTable& table, TagBlock& block) {
       differentiate(table, pixel, columns[i], by.columns, by);
       differentiate(table, pixel, rows[i], by.rows, by);
     }
-    put_derivatives(table, block, at, white, by);
+    put_derivatives(table, block, at, white, by, all);
   }
 }
 
 template <bool kStretched>
-inline void evaluate_with(const TagTable& table, TagBlock& block) {
-  if (block.num_felt == 1) return evaluate_all<1, kStretched>(table, block);
-  if (block.num_felt == 2) return evaluate_all<2, kStretched>(table, block);
-  if (block.num_felt == 3) return evaluate_all<3, kStretched>(table, block);
-  if (block.num_felt == 4) return evaluate_all<4, kStretched>(table, block);
-  if (block.num_felt == 6) return evaluate_all<6, kStretched>(table, block);
-  evaluate_all<kMaxTagLines, kStretched>(table, block);
+inline void evaluate_with(const TagTable& table, const TagBlock& block, TagDerivatives& all) {
+  if (block.num_felt == 1) return evaluate_all<1, kStretched>(table, block, all);
+  if (block.num_felt == 2) return evaluate_all<2, kStretched>(table, block, all);
+  if (block.num_felt == 3) return evaluate_all<3, kStretched>(table, block, all);
+  if (block.num_felt == 4) return evaluate_all<4, kStretched>(table, block, all);
+  if (block.num_felt == 6) return evaluate_all<6, kStretched>(table, block, all);
+  evaluate_all<kMaxTagLines, kStretched>(table, block, all);
 }
 
-inline int num_columns(const TagBlock& block) {
-  return block.is_bent ? kTagColumns : kTagStraightColumns;
+inline int num_columns(const TagDerivatives& derivatives) {
+  return derivatives.is_bent ? kTagColumns : kTagStraightColumns;
 }
 
 // Fills the last pack with copies of the first pixel and sets their derivatives to zero.
-void evaluate(const TagTable& table, TagBlock& block) {
+void evaluate(const TagTable& table, TagBlock& block, TagDerivatives& all) {
   const int padded = (block.size + kTagPack - 1) / kTagPack * kTagPack;
-  float* const all_values[] = {block.x,     block.y,  block.raw_x, block.raw_y,
-                               block.level, block.xx, block.xy,    block.yy};
+  float* const inputs[] = {block.x, block.y, block.level, block.xx, block.xy, block.yy};
   for (int i = block.size; i < padded; ++i) {
-    for (float* values : all_values) values[i] = values[0];
+    for (float* values : inputs) values[i] = values[0];
     block.column[i] = block.column[0];
     block.row[i] = block.row[0];
   }
   if (block.is_stretched)
-    evaluate_with<true>(table, block);
+    evaluate_with<true>(table, block, all);
   else
-    evaluate_with<false>(table, block);
-  const int columns = num_columns(block);
-  for (int k = 0; k < columns; ++k)
-    for (int i = block.size; i < padded; ++i) block.derivatives[k][i] = 0;
-}
-
-// Moves places by the bends, as bend_basis() has them.
-inline void bend(const float* b, Pack& x, Pack& y) {
-  const Pack xx = x * x, xy = x * y, yy = y * y;
-  const Pack by_x =
-      yy * b[0] + xx * b[2] + xy * b[3] + x * (xx * b[4] + xy * b[5] + yy * b[6]) + y * yy * b[7];
-  const Pack by_y =
-      xx * b[1] - xy * b[2] - yy * b[3] + x * (xx * b[8] + xy * b[9] + yy * b[10]) + y * yy * b[11];
-  x += by_x;
-  y += by_y;
+    evaluate_with<false>(table, block, all);
+  all.size = block.size;
+  all.is_bent = block.is_bent;
+  for (int k = 0; k < num_columns(all); ++k)
+    for (int i = block.size; i < padded; ++i) all.columns[k][i] = 0;
 }
 
 inline Pack distance(const TagLine& line, Pack x, Pack y) {
@@ -289,8 +289,6 @@ inline void select_with(const TagTable& table, const TagPixelRow& row, TagFlatSu
     const FeltRange columns = felt_columns(table.columns, x, y, row.reach);
     FeltRange rows;
     const IntPack kind = is_known & seen(table, x, y, row.reach, columns, rows);
-    store(row.bent_x + c, x);
-    store(row.bent_y + c, y);
     store(row.column + c, columns.first);
     store(row.row + c, rows.first);
     const IntPack of_columns = columns.count(), of_rows = rows.count();
@@ -317,13 +315,13 @@ void select(const TagTable& table, const TagPixelRow& row, TagFlatSums* flat) {
 }
 
 // Products of two columns with four, in single precision over a block.
-inline void add_tile(const TagBlock& block, int row, int column, double* sums, int stride) {
+inline void add_tile(const TagDerivatives& all, int row, int column, double* sums, int stride) {
   Pack products[2][4] = {};
-  for (int at = 0; at < block.size; at += kFloatLanes) {
-    const Pack a = load<Pack>(&block.derivatives[row][at]);
-    const Pack b = load<Pack>(&block.derivatives[row + 1][at]);
+  for (int at = 0; at < all.size; at += kFloatLanes) {
+    const Pack a = load<Pack>(&all.columns[row][at]);
+    const Pack b = load<Pack>(&all.columns[row + 1][at]);
     for (int j = 0; j < 4; ++j) {
-      const Pack c = load<Pack>(&block.derivatives[column + j][at]);
+      const Pack c = load<Pack>(&all.columns[column + j][at]);
       products[0][j] += a * c;
       products[1][j] += b * c;
     }
@@ -331,19 +329,19 @@ inline void add_tile(const TagBlock& block, int row, int column, double* sums, i
   for (int i = 0; i < 2; ++i) add_sums(products[i], sums + i * stride);
 }
 
-void add_products(const TagBlock& block, double* sums) {
-  for (int i = 0; i < num_columns(block); i += 2)
+void add_products(const TagDerivatives& all, double* sums) {
+  for (int i = 0; i < num_columns(all); i += 2)
     for (int j = 0; j <= i + 1; j += 4)
-      add_tile(block, i, j, sums + i * kTagColumns + j, kTagColumns);
+      add_tile(all, i, j, sums + i * kTagColumns + j, kTagColumns);
 }
 
-void add_light_products(const TagBlock& block, double* sums) {
+void add_light_products(const TagDerivatives& all, double* sums) {
   constexpr int kAll = kTagColumns + kTagLightColumns;
   for (int i = 0; i < kTagLightColumns; i += 2) {
-    for (int j = 0; j < num_columns(block); j += 4)
-      add_tile(block, kTagColumns + i, j, sums + i * kAll + j, kAll);
+    for (int j = 0; j < num_columns(all); j += 4)
+      add_tile(all, kTagColumns + i, j, sums + i * kAll + j, kAll);
     for (int j = 0; j <= i + 1; j += 4)
-      add_tile(block, kTagColumns + i, kTagColumns + j, sums + i * kAll + kTagColumns + j, kAll);
+      add_tile(all, kTagColumns + i, kTagColumns + j, sums + i * kAll + kTagColumns + j, kAll);
   }
 }
 

@@ -65,9 +65,8 @@ struct TagPixelRow {
   float reach;                // spreads within which a line is felt
   float unknown;              // spreads within which the unknown beyond the outermost lines is felt
   bool has_light;             // sums of third and fourth order are wanted
-  // Results: bent places; of the columns and rows of lines the first that is felt; the number of
-  // lines that are felt, of the direction that has more; what is known (kSeen..).
-  float *bent_x, *bent_y;
+  // Results: of the columns and rows of lines the first that is felt; the number of lines that are
+  // felt, of the direction that has more; what is known (kSeen..).
   std::int32_t *column, *row, *num_felt, *seen;
 };
 
@@ -89,15 +88,21 @@ constexpr int kTagLightColumns = 8;
 // Pixels whose derivatives by the geometry are not zero.
 struct alignas(64) TagBlock {
   static constexpr int kRoom = kTagBlock + kTagPack;  // pixels are added by whole packs
-  float x[kRoom], y[kRoom];                           // places, bent
-  float raw_x[kRoom], raw_y[kRoom];                   // places before they are bent
+  float x[kRoom], y[kRoom];                           // places before they are bent
   float level[kRoom];
   float xx[kRoom], xy[kRoom], yy[kRoom];   // as in RowPlaces, if a lens is known
   std::int32_t column[kRoom], row[kRoom];  // first lines that are felt
-  float derivatives[kTagColumns + kTagLightColumns][kTagBlock];  // results
+  int in_patch[kRoom];                     // index of the pixel
   int size;
   int num_felt;  // largest number of lines of one direction at a pixel: 1 to 4, 6 or all
   bool is_stretched;
+  bool is_bent;
+};
+
+// Of the pixels of a block, at some parameters.
+struct alignas(64) TagDerivatives {
+  float columns[kTagColumns + kTagLightColumns][kTagBlock];
+  int size;  // of the block
   bool is_bent;
 };
 
@@ -106,12 +111,12 @@ struct TagKernels {
   // and of white.
   void (*select)(const TagTable& table, const TagPixelRow& row, TagFlatSums* flat);
   // Computes share of white and derivatives; zeros up to a whole pack of pixels.
-  void (*evaluate)(const TagTable& table, TagBlock& block);
-  // Adds the products of the block's columns to the lower triangle of kTagColumns^2 sums.
-  void (*add_products)(const TagBlock& block, double* sums);
+  void (*evaluate)(const TagTable& table, TagBlock& block, TagDerivatives& derivatives);
+  // Adds the products of the columns to the lower triangle of kTagColumns^2 sums.
+  void (*add_products)(const TagDerivatives& derivatives, double* sums);
   // Adds the products of the columns of light with all columns to kTagLightColumns rows of sums;
   // of the columns of light with each other the lower triangle.
-  void (*add_light_products)(const TagBlock& block, double* sums);
+  void (*add_light_products)(const TagDerivatives& derivatives, double* sums);
 };
 
 extern const TagKernels kPortableTagKernels;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <numeric>
 
 namespace tagcal::internal {
 namespace {
@@ -110,18 +111,11 @@ void TagModel::set_num_terms(double largest) {
   for (n = 0; n < kMaxTerms && power / (n + 1) > kLeastTerm; ++n) power *= largest;
 }
 
-void TagModel::start(TagBlock& block, bool is_bent, bool is_stretched) const {
-  block.size = 0;
-  block.num_felt = 0;
-  block.is_bent = is_bent;
-  block.is_stretched = is_stretched;
-}
-
 void TagModel::select(const TagRow& row, const float* levels, double reach, int begin, int end,
                       TagFlatSums* flat, bool has_light) {
   const auto size = static_cast<std::size_t>(std::max(0, end) + kTagPack);
   if (x_.size() < size) {
-    for (std::vector<float>* places : {&x_, &y_, &bent_x_, &bent_y_}) places->resize(size);
+    for (std::vector<float>* places : {&x_, &y_}) places->resize(size);
     for (std::vector<std::int32_t>* values : {&columns_, &rows_, &num_felt_, &seen_})
       values->resize(size);
   }
@@ -143,8 +137,6 @@ void TagModel::select(const TagRow& row, const float* levels, double reach, int 
           static_cast<float>(kTagReach * stretch),
           static_cast<float>(reach * stretch),
           has_light,
-          bent_x_.data(),
-          bent_y_.data(),
           columns_.data(),
           rows_.data(),
           num_felt_.data(),
@@ -152,15 +144,13 @@ void TagModel::select(const TagRow& row, const float* levels, double reach, int 
   fastest_tag_kernels().select(table_, row_, flat);
 }
 
-void TagModel::add(TagBlock& block, int c, int count) const {
+void TagModel::add(TagBlock& block, int c, int count, int in_patch) const {
   const auto copy = [&](const auto* from, auto* to) {
     for (int i = 0; i < count; i += kTagPack)
       std::memcpy(to + block.size + i, from + c + i, kTagPack * sizeof *from);
   };
-  copy(row_.bent_x, block.x);
-  copy(row_.bent_y, block.y);
-  copy(row_.x, block.raw_x);
-  copy(row_.y, block.raw_y);
+  copy(row_.x, block.x);
+  copy(row_.y, block.y);
   copy(row_.level, block.level);
   copy(row_.column, block.column);
   copy(row_.row, block.row);
@@ -169,12 +159,13 @@ void TagModel::add(TagBlock& block, int c, int count) const {
     copy(row_.xy, block.xy);
     copy(row_.yy, block.yy);
   }
+  std::iota(block.in_patch + block.size, block.in_patch + block.size + count, in_patch);
   block.num_felt =
       std::max(block.num_felt, *std::max_element(row_.num_felt + c, row_.num_felt + c + count));
   block.size += count;
 }
 
-void TagModel::evaluate(TagBlock& block) {
+void TagModel::evaluate(TagBlock& block, TagDerivatives& derivatives) {
   if (block.is_stretched) {
     double largest = 0;
     for (const int n : {0, block.size / 2, std::max(0, block.size - 1)}) {
@@ -185,7 +176,7 @@ void TagModel::evaluate(TagBlock& block) {
     set_num_terms(largest);
   }
   block.num_felt = lines_taken(block.num_felt);
-  fastest_tag_kernels().evaluate(table_, block);
+  fastest_tag_kernels().evaluate(table_, block, derivatives);
 }
 
 }  // namespace tagcal::internal

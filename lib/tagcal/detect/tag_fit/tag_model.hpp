@@ -77,11 +77,11 @@ class TagModel {
   // What is known of pixel c of the row (kSeen..).
   std::int32_t seen(int c) const { return seen_[static_cast<std::size_t>(c)]; }
 
-  // Evaluation of pixels in blocks, which may mix rows: start() empties a block, add() appends
-  // `count` pixels of the row from c on, evaluate() computes share of white and derivatives of all.
-  void start(TagBlock& block, bool is_bent, bool is_stretched) const;
-  void add(TagBlock& block, int c, int count) const;
-  void evaluate(TagBlock& block);
+  // Evaluation of pixels in blocks, which may mix rows: add() appends `count` pixels of the row
+  // from c on, the first with an index in the patch; evaluate() computes share of white and
+  // derivatives of all.
+  void add(TagBlock& block, int c, int count, int in_patch) const;
+  void evaluate(TagBlock& block, TagDerivatives& derivatives);
 
  private:
   void set_axis(TagAxis& axis, const std::vector<double>& lines, int row_of_m) const;
@@ -96,7 +96,7 @@ class TagModel {
   TagTable table_{};
   TagPixelRow row_{};
   // By pixels of the row:
-  std::vector<float> x_, y_, bent_x_, bent_y_;
+  std::vector<float> x_, y_;
   std::vector<std::int32_t> columns_, rows_, num_felt_, seen_;
 };
 
