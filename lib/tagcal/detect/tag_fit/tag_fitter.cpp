@@ -142,7 +142,7 @@ std::optional<FitStep> TagFitter::step() const {
   system.diagonal() *= 1 + damping_;
   system.diagonal() += variance * weights;
   const TagParameters right = gradient - variance * weights.cwiseProduct(parameters - prior_mean_);
-  const Eigen::LDLT<TagInformation> inverse(system);
+  const TagSystem inverse = solvable(system);
   const TagParameters change = inverse.solve(right);
   if (!change.allFinite()) return std::nullopt;
   const TagCornerJacobian by = corner_jacobian();
@@ -184,10 +184,10 @@ bool TagFitter::widen_prior_of_bends() {
   return true;
 }
 
-Eigen::LDLT<TagInformation> TagFitter::posterior(double times) const {
+TagSystem TagFitter::posterior(double times) const {
   TagInformation system = times * sums_.information / last_.variance;
   system.diagonal() += prior_;
-  return Eigen::LDLT<TagInformation>(system);
+  return solvable(system);
 }
 
 TagFit TagFitter::result(StageEnd end) const {

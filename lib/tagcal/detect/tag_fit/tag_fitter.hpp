@@ -101,6 +101,26 @@ struct LightSums {
   }
 };
 
+// A system of equations of the first parameters; the others are held.
+class TagSystem {
+ public:
+  TagSystem(const TagInformation& system, int count)
+      : inverse_(system.topLeftCorner(count, count)) {}
+
+  template <typename Derived>
+  auto solve(const Eigen::MatrixBase<Derived>& right) const {
+    typename Derived::PlainObject result = right;
+    const Eigen::Index count = inverse_.rows();
+    result.topRows(count) = inverse_.solve(right.topRows(count));
+    result.bottomRows(right.rows() - count).setZero();
+    return result;
+  }
+
+ private:
+  static constexpr int kMost = tag_parameter::kCount;
+  Eigen::LDLT<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMost, kMost>> inverse_;
+};
+
 enum class StageEnd { reached, too_few_pixels, not_finite };
 
 struct FitStep {
@@ -179,7 +199,11 @@ class TagFitter {
   TagCornerJacobian corner_jacobian() const;
   // The inverse of the parameters' covariance by `times` the pixels of the last sums, and the
   // prior.
-  Eigen::LDLT<TagInformation> posterior(double times) const;
+  TagSystem posterior(double times) const;
+  // Systems of equations are those of the parameters that are not held.
+  TagSystem solvable(const TagInformation& system) const {
+    return TagSystem(system, frees_bends() ? tag_parameter::kCount : tag_parameter::kBend);
+  }
   TagFit result(StageEnd end) const;
 
   const TagRegion& region_;

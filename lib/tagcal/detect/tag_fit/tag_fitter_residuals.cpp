@@ -117,7 +117,7 @@ void TagFitter::admit_light() {
   const TagParameters weights = variance * prior_weights();
   TagInformation system = sums_.information;
   system.diagonal() += weights;
-  const Eigen::LDLT<TagInformation> inverse(system);
+  const TagSystem inverse = solvable(system);
   const TagParameters right =
       sums_.gradient - weights.cwiseProduct(model_.parameters() - prior_mean_);
   const auto by_light = inverse.solve(cross).eval();

@@ -93,10 +93,12 @@ struct alignas(64) TagBlock {
   float xx[kRoom], xy[kRoom], yy[kRoom];   // as in RowPlaces, if a lens is known
   std::int32_t column[kRoom], row[kRoom];  // first lines that are felt
   int in_patch[kRoom];                     // index of the pixel
-  int size;
-  int num_felt;  // largest number of lines of one direction at a pixel: 1 to 4, 6 or all
-  bool is_stretched;
-  bool is_bent;
+  int size = 0;
+  int num_felt = 0;  // largest number of lines of one direction at a pixel: 1 to 4, 6 or all
+  bool is_stretched = false;
+  bool is_bent = false;
+
+  TagBlock() {}  // leaves the pixels open: zeros would cost time
 };
 
 // Of the pixels of a block, at some parameters.
