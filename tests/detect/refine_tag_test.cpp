@@ -82,9 +82,10 @@ void fill(TagBlock& block, TagModel& model, const TagParameters& parameters, con
   const std::vector<float> levels(60 + kTagPack);
   std::array<TagFlatSums, 2> flat{};
   model.select(row, levels.data(), 3, 0, 60, flat.data());
-  model.start(block, true, false);
+  block.size = block.num_felt = 0;
+  block.is_bent = true;
   for (int c = 0; c < 60; ++c)
-    if (model.seen(c) >= kSeenLine) model.add(block, c, 1);
+    if (model.seen(c) >= kSeenLine) model.add(block, c, 1, c);
 }
 
 constexpr double kTestScale = 25;
@@ -96,32 +97,26 @@ const TagGrid kTestGrid = {kTestPattern.lines, kTestPattern.lines, kTestPattern.
 TEST(RefineTag, Derivatives) {
   TagModel model(kTestGrid, kTestScale);
   const TagParameters parameters = bent_parameters();
-  TagBlock block{}, moved{};
+  TagBlock block;
+  TagDerivatives derivatives, moved;
   TagParameters squares = TagParameters::Zero(), errors = TagParameters::Zero();
   for (double y = -0.9; y < 0.9; y += 0.07) {
     const TagRow row{-1.2, 1 / kTestScale, y, {}};
     fill(block, model, parameters, row);
-    model.evaluate(block);
+    model.evaluate(block, derivatives);
     // Minus the level, of the same pixels.
     const auto residual = [&](const TagParameters& at) {
       model.set(at);
-      const std::vector<float> levels(60 + kTagPack);
-      std::array<TagFlatSums, 2> flat{};
-      model.select(row, levels.data(), 1, 0, 60, flat.data());
-      model.start(moved, true, false);
-      for (int n = 0; n < block.size; ++n)
-        model.add(moved, static_cast<int>(std::lround((block.raw_x[n] + 1.2F) * kTestScale)), 1);
-      model.evaluate(moved);
-      return Eigen::VectorXf(
-          Eigen::Map<Eigen::VectorXf>(moved.derivatives[kTagResidual], block.size));
+      model.evaluate(block, moved);
+      return Eigen::VectorXf(Eigen::Map<Eigen::VectorXf>(moved.columns[kTagResidual], block.size));
     };
     for (int i = 0; i < tag_parameter::kCount; ++i) {
       const TagParameters step = TagParameters::Unit(i) * (i >= 9 && i < 13 ? 1 : 4e-3);
       const Eigen::VectorXf difference =
           (residual(parameters - step) - residual(parameters + step)) /
           static_cast<float>(2 * step[i]);
-      const Eigen::VectorXf derivative =
-          Eigen::Map<Eigen::VectorXf>(block.derivatives[i < kTagResidual ? i : i + 1], block.size);
+      const Eigen::VectorXf derivative = Eigen::Map<Eigen::VectorXf>(
+          derivatives.columns[i < kTagResidual ? i : i + 1], block.size);
       squares[i] += static_cast<double>(derivative.squaredNorm());
       errors[i] += static_cast<double>((derivative - difference).squaredNorm());
     }
@@ -135,20 +130,21 @@ TEST(RefineTag, Derivatives) {
 // The kernels of any processor say the same to rounding, and sum what they say.
 TEST(RefineTag, Kernels) {
   TagModel model(kTestGrid, kTestScale);
-  TagBlock block{};
+  TagBlock block;
+  TagDerivatives derivatives;
   fill(block, model, bent_parameters(), {-1.2, 1 / kTestScale, 0.11, {}});
   ASSERT_GT(block.size, 30);
   ASSERT_NE(block.size % kTagPack, 0);
-  model.evaluate(block);
+  model.evaluate(block, derivatives);
   std::array<std::array<double, kTagColumns * kTagColumns>, 2> sums{};
-  kPortableTagKernels.add_products(block, sums[0].data());
-  fastest_tag_kernels().add_products(block, sums[1].data());
+  kPortableTagKernels.add_products(derivatives, sums[0].data());
+  fastest_tag_kernels().add_products(derivatives, sums[1].data());
   for (std::size_t i = 0; i < kTagColumns; ++i) {
     for (std::size_t j = 0; j <= i; ++j) {
       double sum = 0, size = 0;
       for (int n = 0; n < block.size; ++n) {
-        const double product = static_cast<double>(block.derivatives[i][n]) *
-                               static_cast<double>(block.derivatives[j][n]);
+        const double product = static_cast<double>(derivatives.columns[i][n]) *
+                               static_cast<double>(derivatives.columns[j][n]);
         sum += product;
         size += std::abs(product);
       }
@@ -173,20 +169,22 @@ TEST(RefineTag, Profiles) {
   table.columns.lines[0].by_1 = 20;
   table.columns.lines[1].by_1 = 0;
   table.cells[0] = 2;  // white from the line on
-  TagBlock block{};
+  TagBlock block;
+  TagDerivatives derivatives;
   for (const TagKernels* kernels : {&kPortableTagKernels, &fastest_tag_kernels()}) {
     block.size = 45;
     block.num_felt = 1;
     for (int n = 0; n < block.size; ++n) {
       block.x[n] = static_cast<float>(n) / 6 - 3.7F;
+      block.y[n] = block.level[n] = 0;
       block.column[n] = block.row[n] = 1;
     }
-    kernels->evaluate(table, block);
+    kernels->evaluate(table, block, derivatives);
     for (int n = 0; n < block.size; ++n) {
       const double x = static_cast<double>(block.x[n]);
-      EXPECT_NEAR(block.derivatives[10][n], 0.5 * std::erfc(-x / std::sqrt(2.0)), 5e-6) << x;
-      EXPECT_NEAR(block.derivatives[2][n], std::exp(-0.5 * x * x) / std::sqrt(2 * std::numbers::pi),
-                  5e-6)
+      EXPECT_NEAR(derivatives.columns[10][n], 0.5 * std::erfc(-x / std::sqrt(2.0)), 5e-6) << x;
+      EXPECT_NEAR(derivatives.columns[2][n],
+                  std::exp(-0.5 * x * x) / std::sqrt(2 * std::numbers::pi), 5e-6)
           << x;
     }
   }

@@ -137,8 +137,7 @@ CornerFit refine(const ImageView<T>& image, const CornerPattern& pattern,
     return is_inside({at, at, at, at}, image.size(), 0);
   };
   CornerFit result;
-  const auto [region, start] = about_corner(pattern, image_from_pattern,
-                                            policy::kTagInsidePx / (options.lens_follows ? 2 : 1));
+  const auto [region, start] = about_corner(pattern, image_from_pattern);
   result.status = TagFitStatus::out_of_image;
   if (!is_in_picture(start[0])) return result;
   const TagFit fit = fit_region(image, region, start, options);

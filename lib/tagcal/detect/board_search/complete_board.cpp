@@ -19,6 +19,9 @@ using Eigen::Vector2d;
 
 using namespace policy;
 
+// The fit of a tag mostly succeeds from a place that is this good; if not, from a better one.
+constexpr double kRoughCells = 1.0 / 8;  // numeric: a fit starts within half a cell
+
 // Probability that random bits, in any of four rotations, are one of `ids` codes up to `wrong_bits`
 // wrong bits.
 double chance_of_code(const TagFamily& family, std::size_t ids, int wrong_bits) {
@@ -156,7 +159,14 @@ class PanelCompletion {
     if (shortest_side(start) < family_.width_at_border) return WhyNot::too_small;
     if (static_cast<std::size_t>(tag.id) >= family_.codes.size()) return WhyNot::other_bits;
     const TagCells cells(family_, tag.id, surroundings_);
-    const Quad best = best_correlated_quad(image_, start, cells, kBoardReachCells);
+    const Quad rough = best_correlated_quad(image_, start, cells, kBoardReachCells, kRoughCells);
+    const auto why = try_from(rough, cells, tag, result);
+    if (!why) return why;
+    return try_from(best_correlated_quad(image_, rough, cells, 0), cells, tag, result);
+  }
+
+  std::optional<WhyNot> try_from(const Quad& best, const TagCells& cells, PlacedTag& tag,
+                                 Completion& result) {
     if (const auto why = reason_to_reject(best, cells, rules_.max_hamming)) return why;
     if (!is_inside(best, image_.size())) return WhyNot::outside;
     const std::optional<FoundTag> refined = rules_.refine(tag.id, best);

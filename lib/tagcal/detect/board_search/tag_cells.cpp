@@ -27,7 +27,6 @@ using Values = std::vector<double>;
 constexpr double kSampleOffset = 0.2887;
 constexpr double kStepCells = 1.0 / 2;  // of the search for the quad with the highest correlation
 constexpr double kLastStepPx = 0.2;     // numeric: smaller steps are left to the fit
-constexpr double kLastStepCells = 1.0 / 8;  // numeric: likewise; a fit starts within half a cell
 constexpr int kEnoughCells =
     8;  // of border and frame for a plane of levels, which has three numbers
 constexpr std::size_t kSweeps = 3;  // over all corners, for each step
@@ -338,10 +337,11 @@ double pattern_correlation(const ImageView8& image, const Quad& quad, const TagC
 }
 
 Quad best_correlated_quad(const ImageView8& image, const Quad& start, const TagCells& pattern,
-                          double reach) {
+                          double reach, double last_step_cells) {
   Quad quad = best_moved_quad(image, start, pattern, reach);
   const double cell_px = shortest_side(start) / pattern.width_at_border();
-  for (double step = kStepCells; step * cell_px > kLastStepPx && step > kLastStepCells; step /= 2) {
+  for (double step = kStepCells; step * cell_px > kLastStepPx && step > last_step_cells;
+       step /= 2) {
     // Smaller steps need samples nearer to the cells' edges, as far as these are sharp.
     const double edge = std::max(step, 1 / cell_px);
     QuadSearch search(image, pattern, std::max(kSampleOffset, 1.0 / 2 - edge), quad);

@@ -57,8 +57,8 @@ TagAnswer read_tag(const ImageView8& image, const Quad& quad, const TagCells& pa
 double pattern_correlation(const ImageView8& image, const Quad& quad, const TagCells& pattern);
 
 // Moves a quad to the highest correlation: as a whole by up to `reach` cells, then corner by
-// corner.
+// corner by steps down to a fifth of a pixel, and not below a last one.
 Quad best_correlated_quad(const ImageView8& image, const Quad& start, const TagCells& pattern,
-                          double reach);
+                          double reach, double last_step_cells = 0);
 
 }  // namespace tagcal::internal

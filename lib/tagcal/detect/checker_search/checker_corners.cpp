@@ -4,7 +4,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <set>
+#include <utility>
 
 #include "tagcal/detect/board_search/panel_lens.hpp"
 #include "tagcal/detect/policy/policy.hpp"
@@ -21,15 +21,20 @@ using Eigen::Vector3d;
 Vector2d on_board(const CheckerCell& cell) { return {cell.first, cell.second}; }
 
 constexpr double kNear = 3.0 / 2;  // squares: the corners beside one, and halfway to the next
+constexpr double kNearPx = 0.25;   // see TagFitOptions::is_near
 
 bool is_near(const CheckerPlace& place, const CheckerCell& cell, double reach) {
   return (place.on_board - on_board(cell)).cwiseAbs().maxCoeff() <= reach;
 }
 
-// The homography from the board about a corner, which is (0, 0), to pixels, by the places within
-// some squares of it. No value if they do not determine it.
-std::optional<Matrix3d> local_homography(const CheckerCell& cell,
-                                         const std::vector<CheckerPlace>& known) {
+struct LocalHomography {
+  Matrix3d pixel_from_board;  // the corner is (0, 0)
+  double error_px = 0;        // largest, of the places that it is from
+};
+
+// By the places within some squares of a corner. No value if they do not determine it.
+std::optional<LocalHomography> local_homography(const CheckerCell& cell,
+                                                const std::vector<CheckerPlace>& known) {
   for (const double reach : {kNear, 1 + kNear}) {
     std::vector<const CheckerPlace*> near;
     for (const CheckerPlace& place : known)
@@ -51,7 +56,12 @@ std::optional<Matrix3d> local_homography(const CheckerCell& cell,
     }
     const auto h = homography(points, rays);
     if (!h || std::abs((*h)(2, 2)) == 0) continue;
-    return pixel_from_ray * *h / (*h)(2, 2);
+    LocalHomography result{pixel_from_ray * *h / (*h)(2, 2)};
+    for (std::size_t i = 0; i < near.size(); ++i) {
+      const Vector2d at = (result.pixel_from_board * points[i].homogeneous()).hnormalized();
+      result.error_px = std::max(result.error_px, (at - near[i]->at).norm());
+    }
+    return result;
   }
   return std::nullopt;
 }
@@ -72,15 +82,17 @@ CheckerFitter::CheckerFitter(const ImageView8& image, const CheckerPrint& print,
 
 std::optional<CheckerCorner> CheckerFitter::fit_one(const CheckerCell& cell,
                                                     const std::vector<CheckerPlace>& known,
-                                                    const TagFitOptions& options) const {
-  const auto h = local_homography(cell, known);
-  if (!h) return std::nullopt;
-  const Vector2d start = h->col(2).hnormalized();
-  const double side = shorter_side(*h);
+                                                    TagFitOptions options) const {
+  const auto local = local_homography(cell, known);
+  if (!local) return std::nullopt;
+  const Matrix3d& h = local->pixel_from_board;
+  const Vector2d start = h.col(2).hnormalized();
+  const double side = shorter_side(h);
   if (!start.allFinite()) return std::nullopt;
+  options.is_near &= local->error_px < kNearPx;
   for (const double outside : {1.0, policy::kCheckerOutside}) {
     if (outside < 1 && !print_.is_at_edge(cell)) break;
-    const CornerFit fit = refine_corner(image_, print_.about(cell, outside), *h,
+    const CornerFit fit = refine_corner(image_, print_.about(cell, outside), h,
                                         with_usual_priors(options, image_.size()));
     if (fit.status != TagFitStatus::converged) continue;
     if ((fit.corner - start).norm() > policy::kMaxMoveShare * side) continue;
@@ -147,8 +159,13 @@ void CheckerFitter::fit_under_lens(CheckerCorners& corners) const {
   TagFitOptions options{.camera = camera_, .is_near = true};
   const auto lens = camera_ ? std::nullopt : lens_of_panel(on_panel, image_.size());
   if (lens && lens->spread <= policy::kPanelTailSpreads) options.camera = &lens->camera;
-  for (auto& [cell, corner] : corners)
-    if (const auto fitted = fit_one(cell, places, options)) corner = *fitted;
+  CheckerCorners all;
+  for (const auto& [cell, corner] : corners) {
+    auto fitted = fit_one(cell, places, options);
+    if (!fitted) fitted = fit_one(cell, places, {.camera = camera_});
+    if (fitted) all[cell] = *fitted;
+  }
+  corners = std::move(all);
 }
 
 bool CheckerFitter::drop_outliers(CheckerCorners& corners) const {

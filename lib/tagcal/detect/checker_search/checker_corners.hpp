@@ -33,7 +33,7 @@ class CheckerFitter {
   CheckerCorners fit(const std::vector<CheckerPlace>& known) const;
 
   // Fits the corners again, under the camera or the lens that they show together, if they determine
-  // it: bends are not estimated from each corner then.
+  // it: bends are not estimated from each corner then. Removes those whose fits fail.
   void fit_under_lens(CheckerCorners& corners) const;
 
   // Removes the corners that the lens of all does not explain. False if they do not determine one.
@@ -45,7 +45,7 @@ class CheckerFitter {
  private:
   std::optional<CheckerCorner> fit_one(const CheckerCell& cell,
                                        const std::vector<CheckerPlace>& known,
-                                       const TagFitOptions& options) const;
+                                       TagFitOptions options) const;
 
   const ImageView8& image_;
   const CheckerPrint& print_;

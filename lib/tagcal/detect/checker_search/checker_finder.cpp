@@ -314,6 +314,7 @@ std::optional<CheckerCorners> CheckerFinder::fitted(const ImageView8& image, con
   if (follows_lines_ && !fitter.drop_outliers(corners)) return std::nullopt;
   if (!is_verified(corners, print)) return std::nullopt;
   fitter.fit_under_lens(corners);
+  if (!is_verified(corners, print)) return std::nullopt;
   return corners;
 }
 

@@ -27,8 +27,6 @@ constexpr double kSecondOrder = 0.25;  // numeric: rate of convergence by second
 constexpr double kNearPx = 0.25;       // numeric: after a smaller step all rows are used
 constexpr double kHeld = 1e18;         // the prior's weight for parameters that are held
 constexpr int kMaxInWindow = 3;        // iterations in one window
-// px, as half sides: growth of the windows about a corner.
-constexpr double kWindowStepPx = policy::kTagInsidePx / 4;
 constexpr int kFewRows = 16;
 constexpr int kMaxRowStep = 6;
 constexpr int kMaxOnFewRows = 4;      // iterations
@@ -42,6 +40,9 @@ constexpr double kDampingFactor = 5;    // numeric: growth after a bad step, fal
 // border of spread 0.9 px keeps 0.78 of its energy.
 constexpr double kSmoothVariance = 0.78 * 64 / 9;  // numeric: filter's gain, as above
 constexpr double kOtherPixels = 1.5;  // numeric: growth of the mean square by other pixels
+
+// Half side of the window about a corner in a part of `quarters` quarters of the region.
+double window_px(int quarters) { return quarters * policy::kTagInsidePx / 4; }
 
 }  // namespace
 
@@ -57,14 +58,13 @@ TagFitter::TagFitter(const TagRegion& region, const TagCorners& start, const Tag
 // bends and perspective, and hardly shifts.
 std::vector<FitStage> TagFitter::rough_stages() const {
   std::vector<FitStage> stages;
-  const double last_px = region_.inside_px - kWindowStepPx;
-  for (double px = options_.is_near ? last_px : kWindowStepPx; px > 0 && px <= last_px;
-       px += kWindowStepPx)
-    stages.push_back({.max_steps = options_.is_near ? 1 : kMaxInWindow,
+  const bool is_near = options_.is_near, is_quick = options_.lens_follows;
+  for (int quarters = is_near ? 3 : 1; region_.corner && quarters <= (is_quick ? 2 : 3); ++quarters)
+    stages.push_back({.max_steps = is_near ? 1 : kMaxInWindow,
                       .is_rough = true,
-                      .window_px = px,
+                      .window_px = window_px(quarters),
                       .is_affine = true});
-  if (options_.is_near) return stages;
+  if (region_.corner && (is_near || is_quick)) return stages;
   // Few rows about one corner do not determine all parameters.
   const int row_step = std::clamp(patch_.height / kFewRows, 1, region_.corner ? 2 : kMaxRowStep);
   const int max_steps = region_.corner ? 1 : kMaxOnFewRows;
@@ -299,18 +299,20 @@ TagFit TagFitter::fit() {
   const auto is_like_window = [&] {
     return last_.variance < policy::kTagMaxVarianceGrowth * window_variance;
   };
-  TagFit fit = fit_by({.max_steps = options_.max_iterations});
+  const bool is_quick = region_.corner && options_.lens_follows;
+  const FitStage last{.max_steps = options_.max_iterations,
+                      .window_px = is_quick ? window_px(2) : 0};
+  TagFit fit = fit_by(last);
   // Pixels sample a border of half the usual spread too coarsely: two fifths of its spectrum,
   // exp(-(pi spread)^2 / 2), are left at half the sampling rate.
   if (fit.status == TagFitStatus::not_converged && model_.spread() < policy::kUsualSpreadPx / 2) {
     smooth();
-    fit = fit_by({.max_steps = options_.max_iterations});
+    fit = fit_by(last);
   }
   // Far from the corner the picture shows something else: fits the largest window alone.
-  if (region_.corner && !is_like_window()) {
+  if (region_.corner && !is_quick && !is_like_window()) {
     model_.set(parameters);
-    fit = fit_by(
-        {.max_steps = options_.max_iterations, .window_px = region_.inside_px - kWindowStepPx});
+    fit = fit_by({.max_steps = options_.max_iterations, .window_px = window_px(3)});
     if (!is_like_window()) return {};
   }
   // If the bends keep the fit from converging, the decision of the first steps stands.

@@ -288,7 +288,11 @@ inline void select_with(const TagTable& table, const TagPixelRow& row, TagFlatSu
     if (!any_set(is_known)) continue;
     const FeltRange columns = felt_columns(table.columns, x, y, row.reach);
     FeltRange rows;
-    const IntPack kind = is_known & seen(table, x, y, row.reach, columns, rows);
+    const Pack level = load<Pack>(row.level + c);
+    IntPack kind = is_known & seen(table, x, y, row.reach, columns, rows);
+    // Whether a level at an end of its range is clipped depends on the model.
+    const IntPack is_at_end = (level >= table.full_level) | (level <= table.least_level);
+    kind = (kind != kSeenNothing) & is_at_end & (kind < kSeenLine) ? kSeenLine - IntPack{} : kind;
     store(row.column + c, columns.first);
     store(row.row + c, rows.first);
     const IntPack of_columns = columns.count(), of_rows = rows.count();
@@ -296,12 +300,9 @@ inline void select_with(const TagTable& table, const TagPixelRow& row, TagFlatSu
     store(row.seen + c, kind);
     const IntPack is_black = kind == kSeenBlack, is_white = kind == kSeenWhite;
     if (!any_set(is_black | is_white)) continue;
-    const Pack level = load<Pack>(row.level + c), black = splat<Pack>(table.black);
     const Pack contrast = table.gain + table.gain_by_x * raw_x + table.gain_by_y * raw_y;
-    add_flat<kLight>(is_black & ~is_clipped(table, level, black), raw_x, raw_y, level - black,
-                     sums[0]);
-    add_flat<kLight>(is_white & ~is_clipped(table, level, black + contrast), raw_x, raw_y,
-                     level - black - contrast, sums[1]);
+    add_flat<kLight>(is_black, raw_x, raw_y, level - table.black, sums[0]);
+    add_flat<kLight>(is_white, raw_x, raw_y, level - table.black - contrast, sums[1]);
   }
   for (int colour = 0; colour < 2; ++colour)
     for (int i = 0; i < kSums; i += 4) add_sums(&sums[colour][i], &flat[colour].n + i);

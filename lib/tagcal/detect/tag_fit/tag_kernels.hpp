@@ -52,7 +52,9 @@ struct TagTable {
 };
 
 // What is known of a pixel: nothing, or that the cells that influence it are all black, all white,
-// or both, which is felt across one line of each direction or across several.
+// or both, which is felt across one line of each direction or across several. A pixel of one colour
+// at an end of the levels' range is taken for one across a line: the model decides whether it is
+// clipped.
 constexpr std::int32_t kSeenNothing = 0, kSeenBlack = 1, kSeenWhite = 2, kSeenLine = 3,
                        kSeenLines = 4;
 

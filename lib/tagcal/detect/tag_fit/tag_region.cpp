@@ -81,7 +81,7 @@ TagRegion whole_tag(const TagPattern& pattern, const TagCorners& corners) {
   const double scale = mean_half_side(corners);
   const double outside = policy::kTagOutsidePx / 2 / scale;
   const Range range{-outside, 1 + outside};
-  TagRegion region{cut(pattern, range, range), {}, Vector2d::Zero(), scale, {}, 0};
+  TagRegion region{cut(pattern, range, range), {}, Vector2d::Zero(), scale, {}};
   for (const Vector2d& corner : corners) region.middle += corner / 4;
   change_units(region, Vector2d::Constant(1.0 / 2), Vector2d(2, 2));
   return region;
@@ -97,27 +97,25 @@ TagRegion part_of_tag(const TagPattern& pattern, const TagCorners& corners, std:
   const Vector2d middle = corners[corner] + std::abs((across.low + across.high) / 2 - u) * along_u +
                           std::abs((down.low + down.high) / 2 - v) * along_v;
   const double scale = (share_u * along_u.norm() + share_v * along_v.norm()) / 4;
-  TagRegion region{cut(pattern, across, down), {}, middle, scale, corner, policy::kTagInsidePx};
+  TagRegion region{cut(pattern, across, down), {}, middle, scale, corner};
   change_units(region, Vector2d(u, v), Vector2d(2 / share_u, 2 / share_v));
   return region;
 }
 
-CornerRegion about_corner(const CornerPattern& pattern, const Eigen::Matrix3d& image_from_pattern,
-                          double inside_px) {
+CornerRegion about_corner(const CornerPattern& pattern, const Eigen::Matrix3d& image_from_pattern) {
   const auto pixel = [&](double x, double y) -> Vector2d {
     return (image_from_pattern * Eigen::Vector3d(x, y, 1)).hnormalized();
   };
   constexpr double kDelta = 1e-3;  // numeric: of differences, small against a square
   const double unit_x = (pixel(kDelta, 0) - pixel(-kDelta, 0)).norm() / (2 * kDelta);
   const double unit_y = (pixel(0, kDelta) - pixel(0, -kDelta)).norm() / (2 * kDelta);
-  const double reach_x = inside_px / unit_x, reach_y = inside_px / unit_y;
+  const double reach_x = policy::kTagInsidePx / unit_x, reach_y = policy::kTagInsidePx / unit_y;
   CornerRegion result{
       {cut(pattern.columns, pattern.rows, pattern.cells, {-reach_x, reach_x}, {-reach_y, reach_y}),
        {Vector2d(0, 0), Vector2d(1, 0), Vector2d(1, 1), Vector2d(0, 1)},
        pixel(0, 0),
        1,
-       0,
-       inside_px},
+       0},
       {}};
   TagGrid& grid = result.region.grid;
   const double half_x = (grid.columns.back() - grid.columns.front()) / 2;

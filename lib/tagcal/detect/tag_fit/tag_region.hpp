@@ -21,7 +21,6 @@ struct TagRegion {
   Eigen::Vector2d middle;             // origin of the bends, px
   double scale = 1;                   // half of the region's side, px
   std::optional<std::size_t> corner;  // the region's only corner; empty: all four
-  double inside_px = 0;               // that the region has of the sides next to that corner
 };
 
 double mean_half_side(const TagCorners& corners);
@@ -38,7 +37,6 @@ struct CornerRegion {
   TagRegion region;
   TagCorners start;
 };
-CornerRegion about_corner(const CornerPattern& pattern, const Eigen::Matrix3d& image_from_pattern,
-                          double inside_px);
+CornerRegion about_corner(const CornerPattern& pattern, const Eigen::Matrix3d& image_from_pattern);
 
 }  // namespace tagcal::internal
