@@ -98,6 +98,15 @@ TEST(CornerClaims, HoldWhereALensBendsTags) {
   EXPECT_NEAR(claims.squares / static_cast<double>(claims.corners), 1, 0.15);
 }
 
+// A lamp near the board shades each tag: what the fit takes out of the levels is no noise.
+TEST(CornerClaims, HoldUnderALamp) {
+  Scene scene = near_the_rim();
+  scene.light = Light{0.2, PointLamp{{0.1, 0.1, 0.35}, 0.1}};
+  const Claims claims = claims_of(scene);
+  EXPECT_GE(claims.corners, 300u);
+  EXPECT_NEAR(claims.squares / static_cast<double>(claims.corners), 1, 0.25);
+}
+
 TEST(CornerClaims, HoldOfLargeTags) {
   const Claims claims = claims_of(close_by());
   EXPECT_GE(claims.corners, 150u);

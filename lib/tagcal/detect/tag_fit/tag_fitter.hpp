@@ -86,11 +86,13 @@ struct FlatPixels {
 // products with each other and with the columns of a block.
 struct LightSums {
   static constexpr int kTerms = 7;
+  using Terms = Eigen::Matrix<double, kTerms, 1>;
+  Terms light = Terms::Zero();  // that the residuals at borders are without
   Eigen::Matrix<double, kTagLightColumns, kTagColumns + kTagLightColumns, Eigen::RowMajor>
       products = decltype(products)::Zero();
 
-  // Light that all pixels' residuals are without: the sum of their squares, from that with it.
-  double squares_without(const Eigen::Matrix<double, kTerms, 1>& light, double squares) const {
+  // The sum of the squares of all residuals without the light, from that with it.
+  double squares_without_light(double squares) const {
     return squares + light.dot(own() * light - 2 * columns().row(kTagResidual).transpose());
   }
   Eigen::Matrix<double, kTerms, kTerms> own() const {
@@ -169,13 +171,13 @@ class TagFitter {
   void select_row(int row, std::array<TagFlatSums, 2>& flat);
   PixelSpan in_window(int row) const;
   PixelSpan in_picture(int row) const;
-  void add_span(TagBlock*& block, int row, PixelSpan span);
+  void add_span(TagBlock*& block, std::optional<int> row, PixelSpan span);
   void add_block(TagBlock& block);
   void add_flat(bool white);
 
   TagFit fit_by(const FitStage& stage);
   bool may_need_light() const;
-  LightSums collect_light();
+  LightSums collect_light(const LightSums::Terms& light);
   void add_light(const TagBlock& block);
   void add_flat_light(bool white);
   void admit_light();

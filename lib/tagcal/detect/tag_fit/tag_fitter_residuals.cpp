@@ -56,8 +56,8 @@ bool TagFitter::may_need_light() const {
 }
 
 // Computes the sums at the model's parameters, and those of the terms of light.
-LightSums TagFitter::collect_light() {
-  light_.emplace();
+LightSums TagFitter::collect_light(const LightSums::Terms& light) {
+  light_.emplace().light = light;
   collect();
   const LightSums sums = *light_;
   light_.reset();
@@ -88,6 +88,8 @@ void TagFitter::add_light(const TagBlock& block) {
   column(k++) = y * spread;
   column(k).setZero();
   fastest_tag_kernels().add_light_products(derivatives_, light_->products.data());
+  for (int i = 0; i < LightSums::kTerms; ++i)
+    column(kTagResidual) -= static_cast<float>(light_->light[i]) * column(kTagColumns + i);
 }
 
 // Adds pixels of one colour, where the terms of the spread are zero.
@@ -108,7 +110,7 @@ void TagFitter::add_flat_light(bool white) {
 // Makes one more step, with the terms of light, if the residuals show these: few tags need them, so
 // they are no parameters of each step.
 void TagFitter::admit_light() {
-  const LightSums sums = collect_light();
+  const LightSums sums = collect_light(LightSums::Terms::Zero());
   Eigen::Matrix<double, kCount, LightSums::kTerms> cross;
   const auto columns = sums.columns();
   const auto of_light = sums.own();
@@ -130,8 +132,8 @@ void TagFitter::admit_light() {
   if (!(gain > std::max(policy::kLightSure * variance, kBoxVariance * sums_.num_pixels))) return;
   const TagSums before = sums_;
   model_.set(before.at + inverse.solve(right - cross * light));
-  const LightSums after = collect_light();
-  const double left = after.squares_without(light, sums_.squares);
+  const LightSums after = collect_light(light);
+  const double left = after.squares_without_light(sums_.squares);
   if (before.squares - left < gain / 2) {  // a border sharper than a pixel: far from linear
     model_.set(before.at);
     return collect();

@@ -55,7 +55,8 @@ void TagFitter::collect() {
   }
 }
 
-void TagFitter::add_span(TagBlock*& block, int row, PixelSpan span) {
+// Without a row the pixels are of one colour, and their residuals are of no border.
+void TagFitter::add_span(TagBlock*& block, std::optional<int> row, PixelSpan span) {
   while (span.begin < span.end) {
     if (!block || block->size == kTagBlock) {
       block = &blocks_.emplace_back();
@@ -63,7 +64,7 @@ void TagFitter::add_span(TagBlock*& block, int row, PixelSpan span) {
       block->is_stretched = places_.has_value();
     }
     const int count = std::min(span.end - span.begin, kTagBlock - block->size);
-    model_.add(*block, span.begin, count, row * patch_.width + span.begin);
+    model_.add(*block, span.begin, count, row ? *row * patch_.width + span.begin : -1);
     span.begin += count;
   }
 }
@@ -74,7 +75,8 @@ void TagFitter::add_block(TagBlock& block) {
   if (light_) add_light(block);
   if (stage_.is_rough) return;
   for (int i = 0; i < block.size; ++i)
-    border_residuals_[block.in_patch[i]] = derivatives_.columns[kTagResidual][i];
+    if (block.in_patch[i] >= 0)
+      border_residuals_[block.in_patch[i]] = derivatives_.columns[kTagResidual][i];
 }
 
 // Sorts the stage's pixels into those of one colour and blocks of the others.
@@ -120,6 +122,7 @@ void TagFitter::select_row(int row, std::array<TagFlatSums, 2>& flat) {
   for (PixelSpan same = {span.begin, span.begin}; same.begin < span.end; same.begin = same.end) {
     const std::int32_t seen = model_.seen(same.begin);
     while (same.end < span.end && model_.seen(same.end) == seen) ++same.end;
+    if (seen == kSeenEnd) add_span(open_[0], {}, same);
     if (seen == kSeenLine) add_span(open_[0], row, same);
     if (seen == kSeenLines) add_span(open_[1], row, same);
   }

@@ -290,9 +290,8 @@ inline void select_with(const TagTable& table, const TagPixelRow& row, TagFlatSu
     FeltRange rows;
     const Pack level = load<Pack>(row.level + c);
     IntPack kind = is_known & seen(table, x, y, row.reach, columns, rows);
-    // Whether a level at an end of its range is clipped depends on the model.
     const IntPack is_at_end = (level >= table.full_level) | (level <= table.least_level);
-    kind = (kind != kSeenNothing) & is_at_end & (kind < kSeenLine) ? kSeenLine - IntPack{} : kind;
+    kind = ((kind == kSeenBlack) | (kind == kSeenWhite)) & is_at_end ? kSeenEnd - IntPack{} : kind;
     store(row.column + c, columns.first);
     store(row.row + c, rows.first);
     const IntPack of_columns = columns.count(), of_rows = rows.count();

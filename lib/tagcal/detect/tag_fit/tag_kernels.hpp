@@ -52,11 +52,10 @@ struct TagTable {
 };
 
 // What is known of a pixel: nothing, or that the cells that influence it are all black, all white,
-// or both, which is felt across one line of each direction or across several. A pixel of one colour
-// at an end of the levels' range is taken for one across a line: the model decides whether it is
-// clipped.
-constexpr std::int32_t kSeenNothing = 0, kSeenBlack = 1, kSeenWhite = 2, kSeenLine = 3,
-                       kSeenLines = 4;
+// or both, which is felt across one line of each direction or across several. At an end of the
+// levels' range the model decides whether a pixel of one colour is clipped.
+constexpr std::int32_t kSeenNothing = 0, kSeenBlack = 1, kSeenWhite = 2, kSeenEnd = 3,
+                       kSeenLine = 4, kSeenLines = 5;
 
 // A row of pixels. Up to kTagPack - 1 more than [from, to) are read and written.
 struct TagPixelRow {
@@ -94,7 +93,7 @@ struct alignas(64) TagBlock {
   float level[kRoom];
   float xx[kRoom], xy[kRoom], yy[kRoom];   // as in RowPlaces, if a lens is known
   std::int32_t column[kRoom], row[kRoom];  // first lines that are felt
-  int in_patch[kRoom];                     // index of the pixel
+  int in_patch[kRoom];                     // index of the pixel; -1: of one colour
   int size = 0;
   int num_felt = 0;  // largest number of lines of one direction at a pixel: 1 to 4, 6 or all
   bool is_stretched = false;

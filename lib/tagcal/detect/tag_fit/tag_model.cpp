@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <numeric>
 
 namespace tagcal::internal {
 namespace {
@@ -159,7 +158,7 @@ void TagModel::add(TagBlock& block, int c, int count, int in_patch) const {
     copy(row_.xy, block.xy);
     copy(row_.yy, block.yy);
   }
-  std::iota(block.in_patch + block.size, block.in_patch + block.size + count, in_patch);
+  for (int i = 0; i < count; ++i) block.in_patch[block.size + i] = in_patch < 0 ? -1 : in_patch + i;
   block.num_felt =
       std::max(block.num_felt, *std::max_element(row_.num_felt + c, row_.num_felt + c + count));
   block.size += count;

@@ -78,8 +78,8 @@ class TagModel {
   std::int32_t seen(int c) const { return seen_[static_cast<std::size_t>(c)]; }
 
   // Evaluation of pixels in blocks, which may mix rows: add() appends `count` pixels of the row
-  // from c on, the first with an index in the patch; evaluate() computes share of white and
-  // derivatives of all.
+  // from c on, the first with an index in the patch (-1: none has one); evaluate() computes share
+  // of white and derivatives of all.
   void add(TagBlock& block, int c, int count, int in_patch) const;
   void evaluate(TagBlock& block, TagDerivatives& derivatives);
 
