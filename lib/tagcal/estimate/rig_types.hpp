@@ -137,7 +137,19 @@ struct KnownRig {
   // Of (omega rad, tau m) of all camera_from_rig in turn (`retract`), then of the free parameters
   // of all lenses (none without a model). Empty: places and lenses are taken as exact.
   MatrixX covariance;
+
+  // The first of the free parameters of a camera's lens in `covariance`; of one past the last
+  // camera its size.
+  Eigen::Index first_of_lens(std::size_t camera) const;
+  // The camera whose frame is that of the rig.
+  std::optional<std::size_t> reference() const;
+  // Sets `covariance` from one as of RigCalibration, without the places of the reference, and of
+  // boards or not. Precondition: there is a reference, and the size fits.
+  void set_joint_covariance(const MatrixX& joint);
 };
+
+// The rig of an answer. Precondition: is_answer(rig.status).
+KnownRig known_rig(const RigCalibration& rig);
 
 struct RigPoseEstimate {
   // As for one camera, whose frame is that of the rig: `camera_from_target` is rig_from_target. Its
