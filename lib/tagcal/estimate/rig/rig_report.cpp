@@ -57,7 +57,8 @@ struct RigOfPairs {
         rays(rig.data->cameras.size()) {
     const Index lenses = layout.size - layout.num_extrinsics();
     const MatrixXd of_lenses = covariance.bottomRightCorner(lenses, lenses);
-    inverse_of_lenses = of_lenses.completeOrthogonalDecomposition().pseudoInverse();
+    if (lenses > 0)  // none if all are exact
+      inverse_of_lenses = of_lenses.completeOrthogonalDecomposition().pseudoInverse();
     for (std::size_t c = 0; c < rays.size(); ++c) views.push_back(rig.state->views_at(c));
   }
 
