@@ -131,6 +131,57 @@ inline RigDataset make_rig_world(std::uint64_t seed, const RigWorldOptions& opti
   return rig;
 }
 
+// Two cameras back to back before a board each, on a body that turns about `axes` directions.
+inline RigDataset back_to_back(int num_axes, std::uint64_t seed, int num_instants = 30,
+                               double sigma_px = 0.1) {
+  Random random(seed);
+  const Board first = make_board(AprilGrid{6, 6, 0.088, 0.3, 0});
+  const Board second = make_board(AprilGrid{6, 6, 0.088, 0.3, 100});
+  const Pose half_turn(exp_rotation({0, std::numbers::pi, 0}), {0.1, 0.02, 0.15});
+  const Pose seen = looking_at_board({0.33, 0.33, 0}, 0.2, 1.0, random);
+  // In the frame of the first board; the second one is where the other camera looks at first.
+  const std::vector<PlacedBoard> boards = {
+      {first, Pose()},
+      {second,
+       seen.inverse() * half_turn.inverse() * retract(seen, random_step(random, 0.1, 0.05))}};
+  RigDataset rig;
+  rig.truth.emplace();
+  rig.instants.resize(static_cast<std::size_t>(num_instants));
+  WorldOptions corners;
+  corners.sigma_px = sigma_px;
+  std::vector<Pose> rig_from_world;
+  for (int t = 0; t < num_instants; ++t) {
+    Vector6d step = Vector6d::Zero();
+    for (int i = 0; i < num_axes; ++i) step[i] = random.uniform(-0.5, 0.5);
+    step.tail<3>() =
+        0.15 * Eigen::Vector3d(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
+    if (num_axes == 1) step[3] = 0;  // a wheel does not move along its axis
+    // About a point before the first camera, so that both boards stay in view.
+    rig_from_world.push_back(exp_pose(step) * seen);
+  }
+  for (std::size_t c = 0; c < 2; ++c) {
+    RigCamera camera;
+    camera.name = c == 0 ? "front" : "back";
+    camera.data.image_size = {1280, 800};
+    camera.data.boards = boards;
+    const Pose camera_from_rig = c == 0 ? Pose() : half_turn;
+    rig.truth->camera_from_rig.push_back(camera_from_rig);
+    std::vector<TargetPoint> points = target_points(boards[c].board);
+    for (TargetPoint& p : points) p.position = boards[c].world_from_board * p.position;
+    for (std::size_t t = 0; t < rig.instants.size(); ++t) {
+      View view = observe({opencv5_lens(), camera.data.image_size},
+                          camera_from_rig * rig_from_world[t], points, corners, random);
+      view.image = std::to_string(t);
+      rig.instants[t].view.resize(2);
+      if (view.observations.size() < 30) continue;
+      rig.instants[t].view[c] = camera.data.views.size();
+      camera.data.views.push_back(view);
+    }
+    rig.cameras.push_back(camera);
+  }
+  return rig;
+}
+
 // The squared error of all extrinsics in units of their joint covariance, over their number.
 inline double nees_of_extrinsics(const RigDataset& rig, const RigCalibration& answer,
                                  std::size_t reference = 0) {

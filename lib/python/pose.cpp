@@ -34,6 +34,20 @@ std::string warnings_text(const std::vector<Finding>& findings) {
   return ", " + std::to_string(count) + (count == 1 ? " warning" : " warnings");
 }
 
+PoseOptions pose_options(double sigma_px, bool reject_outliers, int max_iterations,
+                         std::uint64_t seed) {
+  if (!(sigma_px >= 0 && std::isfinite(sigma_px)))
+    throw Error("sigma_px: must be >= 0 (0: estimated), got " + number(sigma_px));
+  if (max_iterations < 1)
+    throw Error("max_iterations: must be > 0, got " + std::to_string(max_iterations));
+  PoseOptions options;
+  options.sigma_px = sigma_px;
+  options.reject_outliers = reject_outliers;
+  options.max_iterations = max_iterations;
+  options.seed = seed;
+  return options;
+}
+
 namespace {
 
 // The arguments of an estimate, checked and in the library's form.
@@ -72,25 +86,11 @@ Input input_of(const ArrayLike& points, const ArrayLike& pixels, const ArrayLike
   return input;
 }
 
-template <typename Options>
-Options options_of(double sigma_px, bool reject_outliers, int max_iterations, std::uint64_t seed) {
-  if (!(sigma_px >= 0 && std::isfinite(sigma_px)))
-    throw Error("sigma_px: must be >= 0 (0: estimated), got " + number(sigma_px));
-  if (max_iterations < 1)
-    throw Error("max_iterations: must be > 0, got " + std::to_string(max_iterations));
-  Options options;
-  options.sigma_px = sigma_px;
-  options.reject_outliers = reject_outliers;
-  options.max_iterations = max_iterations;
-  options.seed = seed;
-  return options;
-}
-
 PoseEstimate estimate(const ArrayLike& points, const ArrayLike& pixels, const Camera& camera,
                       double sigma_px, const ArrayLike& covariances, const ArrayLike& groups,
                       bool reject_outliers, int max_iterations, std::uint64_t seed) {
   const Input input = input_of(points, pixels, covariances, groups);
-  auto options = options_of<PoseOptions>(sigma_px, reject_outliers, max_iterations, seed);
+  PoseOptions options = pose_options(sigma_px, reject_outliers, max_iterations, seed);
   options.covariance_px2 = input.covariances;
   options.groups = input.groups;
   py::gil_scoped_release release;
@@ -103,7 +103,7 @@ PoseAndFocalEstimate estimate_with_focal(const ArrayLike& points, const ArrayLik
                                          double prior_focal_px, bool reject_outliers,
                                          int max_iterations, std::uint64_t seed) {
   const Input input = input_of(points, pixels, covariances, groups);
-  auto options = options_of<PoseAndFocalOptions>(sigma_px, reject_outliers, max_iterations, seed);
+  PoseAndFocalOptions options{pose_options(sigma_px, reject_outliers, max_iterations, seed)};
   if (!(prior_focal_px >= 0 && std::isfinite(prior_focal_px)))
     throw Error("prior_focal_px: must be >= 0 (0: none), got " + number(prior_focal_px));
   options.prior_focal_px = prior_focal_px;
@@ -118,7 +118,7 @@ PoseEstimate estimate_of_view(const View& view, const TargetLike& target, const 
                               const std::optional<double>& camera_error_px, double sigma_px,
                               bool reject_outliers, int max_iterations, std::uint64_t seed) {
   const std::vector<PlacedBoard> boards = boards_of(target, "target");
-  const auto options = options_of<PoseOptions>(sigma_px, reject_outliers, max_iterations, seed);
+  const PoseOptions options = pose_options(sigma_px, reject_outliers, max_iterations, seed);
   if (camera_error_px && !(*camera_error_px >= 0 && std::isfinite(*camera_error_px)))
     throw Error("camera_error_px: must be >= 0, got " + number(*camera_error_px));
   const CalibrationFile known = known_camera(camera, "camera");
@@ -155,7 +155,7 @@ PoseEstimates estimate_many(const ArrayLike& points, const ArrayLike& pixels, co
                             std::uint64_t seed, int threads) {
   const py::array_t<double> x = real_array(points, "points");
   const py::array_t<double> p = real_array(pixels, "pixels");
-  const auto options = options_of<PoseOptions>(sigma_px, reject_outliers, max_iterations, seed);
+  const PoseOptions options = pose_options(sigma_px, reject_outliers, max_iterations, seed);
   if (threads < 0)
     throw Error("threads: must be >= 0 (0: one per core), got " + std::to_string(threads));
   const auto shape = [](const py::array& array) {

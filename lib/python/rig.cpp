@@ -1,16 +1,23 @@
 #include <pybind11/eigen.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "python/arrays.hpp"
 #include "python/bindings.hpp"
+#include "python/boards.hpp"
 #include "python/calibration.hpp"
 #include "python/findings.hpp"
+#include "python/geometry.hpp"
 #include "python/records.hpp"
+#include "python/uncertain_camera.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/calibrate_rig.hpp"
+#include "tagcal/estimate/pose.hpp"
+#include "tagcal/io/camera_file.hpp"
 #include "tagcal/io/rig_calibration_file.hpp"
 #include "tagcal/io/types.hpp"
 #include "tagcal/scene/rig_pairing.hpp"
@@ -83,6 +90,16 @@ void bind_pairs(py::module_& m) {
   depth.field("sigma_m", &DepthUncertainty::sigma_m,
               "Its standard deviation by lenses and extrinsics, without noise of the pixels.");
   depth.field("of_lenses_m", &DepthUncertainty::of_lenses_m, "The part that the lenses cause.");
+  Record<AdvisedPair> next(m, "AdvisedPair",
+                           "Cameras that should see a board together, and where.");
+  next.field("sentence", &AdvisedPair::sentence, "For users: \"show the board ..\".");
+  next.field("a", &AdvisedPair::a, "Index of a camera.");
+  next.field("b", &AdvisedPair::b, "Index of the other one.");
+  next.field("distance_m", &AdvisedPair::distance_m, "Of the board from a; 0: anywhere.");
+  next.field("sigma_px", &AdvisedPair::sigma_px,
+             "Standard deviation of the board's projection into b by that of the places of both; "
+             "infinite: nothing connects them.");
+  next.representation([](const AdvisedPair& n) { return n.sentence; });
   Record<RigPair> pair(m, "RigPair", "Two cameras that have instants in common.");
   pair.field("a", &RigPair::a, "Index of a camera.");
   pair.field("b", &RigPair::b, "Index of the other one.");
@@ -146,6 +163,8 @@ void bind_answer(py::module_& m) {
       "parameters of each lens.");
   rig.field("rms_px", &RigCalibration::rms_px, "sqrt(sum |r|^2 / corners).");
   rig.field("num_corners", &RigCalibration::num_corners, "That take part.");
+  rig.field("next", &RigCalibration::next,
+            "AdvisedPair: what would improve the answer most, or connect the cameras.");
   rig.field("findings", &RigCalibration::findings, "What the estimate found out about its data.");
   rig.field("seconds", &RigCalibration::seconds, "Wall-clock time.");
   rig.def_property_readonly(
@@ -161,12 +180,114 @@ void bind_answer(py::module_& m) {
   rig.representation(&rig_text);
 }
 
+using Views = std::vector<std::optional<View>>;
+
+KnownRig make_known_rig(const std::vector<CameraLike>& cameras, const std::vector<PoseLike>& places,
+                        const std::optional<std::vector<std::string>>& names,
+                        const std::optional<ArrayLike>& covariance) {
+  check_count(std::optional(places), cameras.size(), "camera_from_rig");
+  check_count(names, cameras.size(), "names");
+  KnownRig rig;
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    const CalibrationFile camera = known_camera(cameras[c], "cameras");
+    rig.cameras.push_back({names ? (*names)[c] : "cam" + std::to_string(c),
+                           uncertain_camera(camera), pose_of(places[c], "camera_from_rig"),
+                           camera.camera_error_px});
+  }
+  if (covariance)
+    rig.covariance =
+        covariance_matrices(*covariance, "covariance", 1, rig.first_of_lens(rig.cameras.size()))
+            .front();
+  return rig;
+}
+
+KnownRig rig_of_answer(const RigCalibration& rig) {
+  if (!is_answer(rig.status)) throw Error("known_rig: " + rig_text(rig));
+  return known_rig(rig);
+}
+
+KnownRig rig_of_file(const std::filesystem::path& file) {
+  py::gil_scoped_release release;
+  return known_rig(read_camera_file(file), file.string());
+}
+
+RigPoseEstimate pose_of_rig(const Views& views, const TargetLike& target, const KnownRig& rig,
+                            double sigma_px, bool reject_outliers, int max_iterations,
+                            std::uint64_t seed) {
+  const std::vector<PlacedBoard> boards = boards_of(target, "target");
+  check_count(std::optional(views), rig.cameras.size(), "views");
+  const PoseOptions options = pose_options(sigma_px, reject_outliers, max_iterations, seed);
+  py::gil_scoped_release release;
+  std::vector<ViewCorrespondences> seen(views.size());
+  for (std::size_t c = 0; c < views.size(); ++c)
+    if (views[c]) seen[c] = view_correspondences(*views[c], boards, rig.cameras[c].camera_error_px);
+  return estimate_rig_pose(seen, rig, options);
+}
+
+void bind_known(py::module_& m) {
+  Record<KnownRig::Member> member(m, "RigMember", "One camera of a known rig.");
+  member.field("name", &KnownRig::Member::name, "Its name.");
+  member.field(
+      "camera", [](const KnownRig::Member& c) { return c.camera.camera; }, "The Camera.");
+  member.field(
+      "claim",
+      [](const KnownRig::Member& c) {
+        return c.camera.model ? std::optional(c.camera) : std::nullopt;
+      },
+      "What is known of its lens; None: taken as exact.");
+  member.field("camera_from_rig", &KnownRig::Member::camera_from_rig, "Pose.");
+  member.field("camera_error_px", &KnownRig::Member::camera_error_px,
+               "Error of a projection besides the corners' noise; None: unknown.");
+  Record<KnownRig> rig(m, "KnownRig", "Cameras at known places on one body.");
+  rig.field("cameras", &KnownRig::cameras, "A list of RigMember.");
+  rig.field(
+      "covariance", [](const KnownRig& r) { return matrix_array(r.covariance); },
+      "Of (omega rad, tau m) of all camera_from_rig in turn, then of the free parameters of all "
+      "lenses; (0, 0): places and lenses are taken as exact.");
+  rig.representation([](const KnownRig& r) { return counted(r.cameras.size(), "camera"); });
+  rig.def(py::init(&make_known_rig), py::arg("cameras"), py::arg("camera_from_rig"),
+          py::arg("names") = py::none(), py::arg("covariance") = py::none(),
+          "Of cameras (Camera, UncertainCamera or Calibration) and their places.");
+  Record<RigPoseEstimate> pose(m, "RigPoseEstimate", "The pose of a rig before a target.");
+  pose.field("rig", &RigPoseEstimate::rig,
+             "PoseEstimate; `camera_from_target` is rig_from_target. Its covariance includes that "
+             "of places and lenses.");
+  pose.field("of_cameras", &RigPoseEstimate::of_cameras,
+             "PoseEstimate of each camera alone; \"degenerate\" if it sees nothing.");
+  pose.field(
+      "takes_part",
+      [](const RigPoseEstimate& e) {
+        return std::vector<bool>(e.takes_part.begin(), e.takes_part.end());
+      },
+      "By camera.");
+  pose.representation([](const RigPoseEstimate& e) {
+    return std::string(status_name(e.rig.status)) + ", by " +
+           counted(static_cast<std::size_t>(std::ranges::count(e.takes_part, 1)), "camera");
+  });
+}
+
+void define_rig_poses(py::module_& m) {
+  m.def("known_rig", &rig_of_answer, py::arg("rig"),
+        "The rig of a RigCalibration, or of a file that `tagcal rig --out` or another program "
+        "wrote, for `estimate_rig_pose`.");
+  m.def("known_rig", &rig_of_file, py::arg("rig"), "The same.");
+  m.def(
+      "estimate_rig_pose", &pose_of_rig, py::arg("views"), py::arg("target"), py::arg("rig"),
+      py::arg("sigma_px") = 0.0, py::arg("reject_outliers") = true, py::arg("max_iterations") = 50,
+      py::arg("seed") = 0,
+      "The pose of a rig before a target, from all of its cameras at one instant. `views`: a View "
+      "of each camera, None if it has none. Cameras that contradict the others take no part "
+      "(\"camera_contradicts\"); of two there is then no answer (\"pair_contradicts\").");
+}
+
 }  // namespace
 
 void bind_rig(py::module_& m) {
   bind_pairs(m);
   bind_cameras(m);
   bind_answer(m);
+  bind_known(m);
+  define_rig_poses(m);
   m.def(
       "calibrate_rig", &calibrate_datasets, py::arg("datasets"), py::arg("model") = "auto",
       py::kw_only(), py::arg("names") = py::none(), py::arg("pair") = "name",

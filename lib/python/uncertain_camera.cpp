@@ -16,12 +16,8 @@
 
 namespace tagcal::python {
 
-namespace {
-
-using Fixed = std::map<std::string, double>;
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-// N covariances (K, K), or one for all. None: zeros.
 std::vector<Eigen::MatrixXd> covariance_matrices(const std::optional<ArrayLike>& argument,
                                                  const char* name, std::size_t n, py::ssize_t k) {
   if (!argument) return std::vector<Eigen::MatrixXd>(n, Eigen::MatrixXd::Zero(k, k));
@@ -46,6 +42,9 @@ std::vector<Eigen::MatrixXd> covariance_matrices(const std::optional<ArrayLike>&
   return matrices;
 }
 
+namespace {
+
+using Fixed = std::map<std::string, double>;
 // Rows of vectors and their covariances, as a result; NaN where there is none.
 template <int K>
 class UncertainRows {

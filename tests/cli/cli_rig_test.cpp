@@ -53,6 +53,7 @@ TEST_F(CliRig, PicturesToARigFile) {
   const double truth = std::sqrt(0.08 * 0.08 + 0.002 * 0.002 + 0.001 * 0.001);
   EXPECT_NEAR(pair["baseline_m"].get<double>(), truth, 4 * pair["sigma_baseline_m"].get<double>());
   EXPECT_LT(pair["sigma_baseline_m"].get<double>(), 0.001);
+  EXPECT_EQ(answer["next"]["b"], "right");
 
   // Its poses and its comparison with the truth.
   const Outcome poses = run("pose " + path("rig") + " --rig " + path("rig.yaml") + " --json");
@@ -85,6 +86,9 @@ TEST_F(CliRig, APoseNeedsTheRigOfItsCameras) {
   expect_bad_input(pose + " --rig " + path("chain.yaml"), {"has no camera left, only cam0"});
   expect_bad_input(pose + " --rig a.yaml --camera b.yaml", {"--camera, --rig, --unknown-focal"});
   expect_bad_input(pose + " --camera a.yaml --pair index", {"--pair: needs --rig"});
+  expect_bad_input(pose + " --rig a.yaml --draw out", {"--view, --draw: not with --rig"});
+  expect_bad_input(pose + " --rig a.yaml --target a.yaml --target b.yaml",
+                   {"--target: takes one value only"});
 }
 
 TEST_F(CliRig, ADataSetOfARigAndLensesThatAreKnown) {
@@ -97,6 +101,16 @@ TEST_F(CliRig, ADataSetOfARigAndLensesThatAreKnown) {
           " --camera right=" + path("right.yaml"));
   EXPECT_EQ(out.exit_code, 0) << out.err << out.out;
   EXPECT_NE(out.out.find("right from left"), std::string::npos) << out.out;
+  EXPECT_NE(out.out.find("\nnext: show the board to left and right at the same time, "),
+            std::string::npos)
+      << out.out;
+  const Outcome swapped =
+      run("rig " + path("rig") + " --cameras fixed --camera left=" + path("right.yaml") +
+          " --camera right=" + path("left.yaml"));
+  EXPECT_EQ(swapped.exit_code, 3) << swapped.err << swapped.out;
+  EXPECT_NE(swapped.out.find("NO ANSWER: the pictures of left have the image size"),
+            std::string::npos)
+      << swapped.out;
   const Outcome missing =
       run("rig " + path("rig") + " --cameras fixed --camera left=" + path("left.yaml"));
   EXPECT_EQ(missing.exit_code, 2);

@@ -219,54 +219,30 @@ TEST(CalibrateRig, AnyReferenceAndAnyNumberOfThreads) {
   EXPECT_NEAR(other.pairs[0].sigma_baseline_m / first.pairs[0].sigma_baseline_m, 1, 0.02);
 }
 
-// Two cameras back to back before a board each, on a body that turns about `axes` directions.
-RigDataset back_to_back(int num_axes, std::uint64_t seed) {
-  Random random(seed);
-  const Board first = make_board(AprilGrid{6, 6, 0.088, 0.3, 0});
-  const Board second = make_board(AprilGrid{6, 6, 0.088, 0.3, 100});
-  const Pose half_turn(exp_rotation({0, std::numbers::pi, 0}), {0.1, 0.02, 0.15});
-  const Pose seen = looking_at_board({0.33, 0.33, 0}, 0.2, 1.0, random);
-  // In the frame of the first board; the second one is where the other camera looks at first.
-  const std::vector<PlacedBoard> boards = {
-      {first, Pose()},
-      {second,
-       seen.inverse() * half_turn.inverse() * retract(seen, random_step(random, 0.1, 0.05))}};
-  RigDataset rig;
-  rig.truth.emplace();
-  rig.instants.resize(30);
-  WorldOptions corners;
-  corners.sigma_px = 0.1;
-  std::vector<Pose> rig_from_world;
-  for (int t = 0; t < 30; ++t) {
-    Vector6d step = Vector6d::Zero();
-    for (int i = 0; i < num_axes; ++i) step[i] = random.uniform(-0.5, 0.5);
-    step.tail<3>() =
-        0.15 * Eigen::Vector3d(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
-    if (num_axes == 1) step[3] = 0;  // a wheel does not move along its axis
-    // About a point before the first camera, so that both boards stay in view.
-    rig_from_world.push_back(exp_pose(step) * seen);
-  }
-  for (std::size_t c = 0; c < 2; ++c) {
-    RigCamera camera;
-    camera.name = c == 0 ? "front" : "back";
-    camera.data.image_size = {1280, 800};
-    camera.data.boards = boards;
-    const Pose camera_from_rig = c == 0 ? Pose() : half_turn;
-    rig.truth->camera_from_rig.push_back(camera_from_rig);
-    std::vector<TargetPoint> points = target_points(boards[c].board);
-    for (TargetPoint& p : points) p.position = boards[c].world_from_board * p.position;
-    for (std::size_t t = 0; t < rig.instants.size(); ++t) {
-      View view = observe({opencv5_lens(), camera.data.image_size},
-                          camera_from_rig * rig_from_world[t], points, corners, random);
-      view.image = std::to_string(t);
-      rig.instants[t].view.resize(2);
-      if (view.observations.size() < 30) continue;
-      rig.instants[t].view[c] = camera.data.views.size();
-      camera.data.views.push_back(view);
+TEST(CalibrateRig, KnownLensesMayBeExact) {
+  const RigDataset rig = make_rig_world(3);
+  RigOptions options;
+  options.lenses = RigLenses::fixed;
+  for (const RigCamera& camera : rig.cameras)
+    options.known.push_back({{nullptr, camera.data.truth->camera, {}}});
+  const RigCalibration answer = calibrate_rig(rig, options);
+  ASSERT_EQ(answer.status, Status::ok) << all_sentences(answer);
+  EXPECT_EQ(answer.covariance.rows(), 6);
+  EXPECT_LT(nees_of_extrinsics(rig, answer), 4);
+  ASSERT_FALSE(answer.pairs.front().depths.empty());
+  EXPECT_EQ(answer.pairs.front().depths.front().of_lenses_m, 0);
+}
+
+TEST(CalibrateRig, AnOffsetThatIsNotCorrectedIsWithinItsClaim) {
+  for (const double offset : {-0.5, 0.1, 0.3, 0.6})
+    for (const std::uint64_t seed : {1, 2, 3}) {
+      RigWorldOptions world;
+      world.smooth = true;
+      world.offset = {0, offset};
+      const RigCalibration answer = calibrate_rig(make_rig_world(seed, world));
+      ASSERT_EQ(answer.clocks.size(), 1U) << offset << all_sentences(answer);
+      EXPECT_NEAR(answer.clocks[0].offset, offset, 4 * answer.clocks[0].sigma) << seed;
     }
-    rig.cameras.push_back(camera);
-  }
-  return rig;
 }
 
 TEST(CalibrateRig, CamerasWithoutACommonViewAreConnectedByTheirMotions) {

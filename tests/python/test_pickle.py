@@ -42,6 +42,9 @@ def results() -> dict[type, object]:
     view = tagcal.detect(picture, board)
     points, pixels = (x[0][:4] for x in dataset.to_points())
     weak = tagcal.calibrate(dataset, "weak")
+    rig_sets = datasets(6)
+    rig = tagcal.calibrate_rig(rig_sets)
+    seen_by_rig = [s.views[0] for s in rig_sets]
     everything = [
         folder, calibration, weak, sensor, view,
         calibration.uncertain_camera,
@@ -56,7 +59,8 @@ def results() -> dict[type, object]:
         tagcal.estimate_pose(points, pixels, camera),
         tagcal.estimate_poses(points, pixels[None], camera),
         tagcal.estimate_pose_and_focal(*(x[0] for x in dataset.to_points()), dataset.size),
-        tagcal.calibrate_rig(datasets(6)),
+        rig, tagcal.known_rig(rig),
+        tagcal.estimate_rig_pose(seen_by_rig, rig_sets[0].target, tagcal.known_rig(rig)),
         tagcal.diff(calibration, dataset.truth.camera),
         tagcal.select_views(dataset, calibration, 2),
         tagcal.advise(dataset, calibration),

@@ -1,5 +1,7 @@
 """calibrate_rig, on corners that cv2.projectPoints makes."""
 
+from pathlib import Path
+
 import cv2
 import numpy as np
 import pytest
@@ -46,6 +48,48 @@ def test_known_cameras_are_held() -> None:
     rig = tagcal.calibrate_rig(sets, cameras=known)
     assert rig.is_answer, rig
     assert rig.cameras[0].camera.parameters == known[0].camera.parameters
+
+
+def test_the_pose_of_a_rig() -> None:
+    sets = datasets()
+    answer = tagcal.calibrate_rig(sets)
+    rig = tagcal.known_rig(answer)
+    views = [s.views[3] for s in sets]
+    pose = tagcal.estimate_rig_pose(views, sets[0].target, rig)
+    assert pose.rig.is_answer, pose
+    assert pose.takes_part == [True, True]
+    assert "ok, by 2 cameras" in repr(pose)
+    alone = tagcal.estimate_rig_pose([views[0], None], sets[0].target, rig)
+    assert alone.takes_part == [True, False]
+    assert alone.of_cameras[1].status == "degenerate"
+    both, one = (p.rig.hypotheses[0] for p in (pose, alone))
+    assert both.camera_from_target.distance_to(one.camera_from_target) < 0.01
+
+
+def test_a_rig_of_a_file_and_of_its_parts(tmp_path: Path) -> None:
+    answer = tagcal.calibrate_rig(datasets())
+    rig = tagcal.known_rig(answer)
+    (tmp_path / "rig.yaml").write_text(answer.to_yaml())
+    of_file = tagcal.known_rig(tmp_path / "rig.yaml")
+    np.testing.assert_allclose(of_file.covariance, rig.covariance, rtol=1e-4, atol=1e-14)
+    assert [c.name for c in of_file.cameras] == ["cam0", "cam1"]
+    places = [c.camera_from_rig for c in answer.cameras]
+    made = tagcal.KnownRig([c.camera for c in answer.cameras], places, covariance=np.eye(12))
+    assert made.covariance.shape == (12, 12)
+    assert made.cameras[1].claim is None
+    for arguments in [([], [None]), ([c.camera for c in answer.cameras], places[:1])]:
+        with pytest.raises(tagcal.Error, match="camera_from_rig"):
+            tagcal.KnownRig(*arguments)
+    with pytest.raises(tagcal.Error, match="covariance"):
+        tagcal.KnownRig([c.camera for c in answer.cameras], places, covariance=np.eye(6))
+    with pytest.raises(tagcal.Error, match="views"):
+        tagcal.estimate_rig_pose([None], datasets(1)[0].target, rig)
+
+
+def test_the_advised_pair_is_of_these_cameras() -> None:
+    following = tagcal.calibrate_rig(datasets(), names=["left", "right"]).next
+    assert following is not None
+    assert following.sentence.startswith("show the board to left and right at the same time")
 
 
 def test_wrong_arguments_are_named() -> None:

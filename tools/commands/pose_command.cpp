@@ -227,9 +227,15 @@ class Poses {
   TargetPoints points_;
 };
 
-int print(const Arguments& arguments, const std::vector<PoseReport>& reports) {
+// Prints the reports, and keeps the drawings of answers.
+int finish(const Arguments& arguments, const std::vector<PoseReport>& reports,
+           OutputFolder* drawings) {
   const auto answers =
       std::ranges::count_if(reports, [](const auto& r) { return is_answer(r.status); });
+  if (drawings && answers > 0) {
+    drawings->publish();
+    say_wrote(arguments.draw);
+  }
   print_answer(arguments.json ? pose_json(reports) : pose_text(reports, arguments.verbose),
                arguments.json);
   print_note("{} of {} {} with an answer\n", answers, reports.size(),
@@ -245,7 +251,7 @@ int run_rig(const Arguments& arguments) {
   if (!arguments.input.target.empty()) rig.targets = {arguments.input.target};
   rig.pair = arguments.pair;
   rig.threads = arguments.threads;
-  return print(arguments, poses_of_rig(rig, arguments.rig, arguments.sigma_px));
+  return finish(arguments, poses_of_rig(rig, arguments.rig, arguments.sigma_px), nullptr);
 }
 
 int run(const Arguments& arguments) {
@@ -271,16 +277,10 @@ int run(const Arguments& arguments) {
   }
   if (input.dataset.views.empty())
     throw Error(fmt::format("{}: has no corners of the pictures asked for", input.observations));
-  const std::vector<PoseReport> reports =
-      Poses(arguments, input, camera).run(folder ? &*folder : nullptr);
-  const auto answers =
-      std::ranges::count_if(reports, [](const auto& r) { return is_answer(r.status); });
-  if (folder && answers > 0) {
-    folder->publish();
-    say_wrote(arguments.draw);
-  }
+  OutputFolder* const drawings = folder ? &*folder : nullptr;
+  const std::vector<PoseReport> reports = Poses(arguments, input, camera).run(drawings);
   print_warnings(input.warnings);
-  return print(arguments, reports);
+  return finish(arguments, reports, drawings);
 }
 
 }  // namespace

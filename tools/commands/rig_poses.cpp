@@ -55,7 +55,7 @@ KnownRig rig_of(const RigDataset& data, const CameraFile& file, const std::strin
   print_notes(name, file.notes);
   const KnownRig all = known_rig(file, name);
   KnownRig rig;
-  std::vector<Eigen::Index> rows;
+  std::vector<Eigen::Index> rows, rows_of_lenses;
   std::string names;
   for (const KnownRig::Member& member : all.cameras)
     names += (names.empty() ? "" : ", ") + member.name;
@@ -70,26 +70,14 @@ KnownRig rig_of(const RigDataset& data, const CameraFile& file, const std::strin
           camera.data.image_size.width, camera.data.image_size.height,
           found->camera.camera.image_size.width, found->camera.camera.image_size.height));
     rig.cameras.push_back(*found);
-    for (Eigen::Index i = 0; i < 6; ++i) rows.push_back(6 * (found - all.cameras.begin()) + i);
+    const auto at = found - all.cameras.begin();
+    for (Eigen::Index i = 0; i < 6; ++i) rows.push_back(6 * at + i);
+    for (Eigen::Index i = 0; i < found->camera.num_free(); ++i)
+      rows_of_lenses.push_back(all.first_of_lens(static_cast<std::size_t>(at)) + i);
   }
-  for (const KnownRig::Member& member : rig.cameras) {
-    auto at = 6 * std::ssize(all.cameras);
-    for (const KnownRig::Member& other : all.cameras) {
-      const int k = other.camera.model ? other.camera.model->num_free() : 0;
-      for (int i = 0; i < k && other.name == member.name; ++i) rows.push_back(at + i);
-      at += k;
-    }
-  }
+  rows.insert(rows.end(), rows_of_lenses.begin(), rows_of_lenses.end());
   if (all.covariance.size() > 0) rig.covariance = all.covariance(rows, rows);
   return rig;
-}
-
-std::size_t reference_of(const KnownRig& rig) {
-  const auto reference = std::ranges::find_if(rig.cameras, [](const KnownRig::Member& member) {
-    return minus(member.camera_from_rig, Pose()).isZero();
-  });
-  return reference == rig.cameras.end() ? 0
-                                        : static_cast<std::size_t>(reference - rig.cameras.begin());
 }
 
 std::vector<PoseReport> poses_of_rig(const RigInputArguments& arguments, const std::string& file,

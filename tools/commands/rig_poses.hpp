@@ -14,9 +14,6 @@ namespace tagcal::tools {
 // camera that the file lacks, or of another image size.
 KnownRig rig_of(const RigDataset& data, const CameraFile& file, const std::string& name);
 
-// The camera whose frame is that of the rig.
-std::size_t reference_of(const KnownRig& rig);
-
 // The pose of a known rig at each instant of what it saw.
 std::vector<PoseReport> poses_of_rig(const RigInputArguments& arguments, const std::string& file,
                                      double sigma_px);

@@ -168,16 +168,16 @@ int run_rig(const Arguments& arguments) {
         fmt::format("{}{}\n{}", text.empty() ? "" : "\n", name, summary(validation, known.model));
   }
   int num_beyond = 0;
+  const std::size_t reference = rig.reference().value_or(0);
   for (std::size_t c = 0; data.truth && c < rig.cameras.size(); ++c) {
-    if (c == reference_of(rig)) continue;
-    const auto place = validate_place(rig, *data.truth, c, reference_of(rig));
+    if (c == reference) continue;
+    const auto place = validate_place(rig, *data.truth, c, reference);
     num_beyond += static_cast<int>(std::ranges::count_if(place, [](const ParameterError& p) {
       return p.in_sigmas && !(std::abs(*p.in_sigmas) <= kTruthBound);
     }));
     places.push_back({{"name", rig.cameras[c].name}, {"place", parameters_json(place)}});
     text += place_table(
-        fmt::format("\n{} from {}", rig.cameras[c].name, rig.cameras[reference_of(rig)].name),
-        place);
+        fmt::format("\n{} from {}", rig.cameras[c].name, rig.cameras[reference].name), place);
   }
   if (data.truth)
     text += fmt::format("truth of the places: {} number{} beyond {} sd\n",

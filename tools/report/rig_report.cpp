@@ -108,6 +108,10 @@ std::string board_lines(std::size_t index, const RigBoard& board) {
   return text + " mm\n";
 }
 
+std::string next_line(const RigCalibration& rig) {
+  return rig.next ? "\n" + wrapped("next: ", rig.next->sentence, 6) : "";
+}
+
 Json camera_json(const RigCameraEstimate& camera) {
   Json json = {{"name", camera.name},
                {"model", camera.model},
@@ -154,13 +158,13 @@ std::string rig_summary(const RigCalibration& rig, std::size_t reference) {
   std::string text = verdict_of(rig) + findings_text(without_reason(rig.findings), "");
   const bool has_rig = !rig.groups.empty();
   if (has_rig) text += camera_rows(rig);
-  if (!is_answer(rig.status)) return text;
+  if (!is_answer(rig.status)) return text + next_line(rig);
   for (std::size_t c = 0; c < rig.cameras.size(); ++c)
     if (c != reference) text += place_lines(rig.cameras[c], rig.cameras[reference].name);
   for (const RigPair& pair : rig.pairs) text += pair_lines(rig, pair);
   for (std::size_t b = 0; b < rig.boards.size() && rig.boards.size() > 1; ++b)
     text += board_lines(b, rig.boards[b]);
-  return text;
+  return text + next_line(rig);
 }
 
 std::string rig_json(const RigDataset& data, const RigCalibration& rig, std::size_t reference) {
@@ -182,6 +186,12 @@ std::string rig_json(const RigDataset& data, const RigCalibration& rig, std::siz
     json["boards"].push_back({{"world_from_board", pose_json(board.world_from_board)},
                               {"covariance", matrix_json(board.covariance)},
                               {"connected", board.is_connected}});
+  if (rig.next)
+    json["next"] = {{"a", rig.cameras[rig.next->a].name},
+                    {"b", rig.cameras[rig.next->b].name},
+                    {"distance_m", rig.next->distance_m},
+                    {"sigma_px", rig.next->sigma_px},
+                    {"sentence", rig.next->sentence}};
   json["covariance"] = matrix_json(rig.covariance);
   json["seconds"] = rig.seconds;
   return json.dump(2) + "\n";

@@ -20,7 +20,6 @@ study::Study python_numbers_study();
 study::Study reproject_speed_study();
 study::Study rigs_study();
 study::Study single_views_study();
-study::Study stereo_study();
 study::Study visibility_study();
 study::Study warnings_study();
 

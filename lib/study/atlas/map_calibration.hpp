@@ -68,5 +68,6 @@ StabilityMap wrong_lens_map();
 StabilityMap wrong_views_map();
 
 std::vector<StabilityMap> calibration_maps();
+std::vector<StabilityMap> rig_maps();
 
 }  // namespace tagcal::study

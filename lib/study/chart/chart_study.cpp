@@ -63,6 +63,8 @@ ChartStudy study_of(ChartJob job, bool quick) {
       return calibrate_study(quick);
     case ChartJob::corners:
       return corners_study();
+    case ChartJob::rig:
+      return rig_study(quick);
   }
   return {};
 }

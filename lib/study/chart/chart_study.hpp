@@ -57,6 +57,7 @@ ChartStudy focal_study();
 ChartStudy project_study();
 ChartStudy calibrate_study(bool quick);
 ChartStudy corners_study();
+ChartStudy rig_study(bool quick);
 
 ChartResult run_study(const ChartStudy& study, const ChartOptions& options,
                       const std::function<void(int, int)>& progress);

@@ -29,14 +29,6 @@ constexpr double kDegree = std::numbers::pi / 180;
 
 std::string formatted(double value) { return with_digits(value, 3); }
 
-// The name of a third or a side of the image: (-1, -1) is upper left.
-std::string side_name(int x, int y, const char* middle) {
-  const std::string vertical = y < 0 ? "upper" : y > 0 ? "lower" : "";
-  const std::string horizontal = x < 0 ? "left" : x > 0 ? "right" : "";
-  if (vertical.empty() && horizontal.empty()) return middle;
-  return vertical + (vertical.empty() || horizontal.empty() ? "" : " ") + horizontal;
-}
-
 struct PossibleView {
   double tilt_rad = 0;
   int side = 0;  // the side nearest to the camera: 0 upper, 1 upper right, ... by 45 degrees

@@ -10,8 +10,10 @@
 #include "tagcal/estimate/findings.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose.hpp"
+#include "tagcal/estimate/rig/rig_advice.hpp"
 #include "tagcal/estimate/rig/rig_findings.hpp"
 #include "tagcal/estimate/rig/rig_report.hpp"
+#include "tagcal/internal/spread_indices.hpp"
 #include "tagcal/internal/stopwatch.hpp"
 #include "tagcal/solvers/numeric/statistics.hpp"
 
@@ -41,9 +43,6 @@ void check_rig(const RigDataset& rig, const RigOptions& options) {
   if (options.known.size() != (fixed ? n : 0))
     throw Error(
         fmt::format("known: must have {} cameras, got {}", fixed ? n : 0, options.known.size()));
-  for (std::size_t c = 0; fixed && c < n; ++c)
-    if (options.known[c].camera.camera.image_size != rig.cameras[c].data.image_size)
-      throw Error(rig.cameras[c].name + ": the known camera must have its image size");
   for (const Instant& instant : rig.instants) {
     if (instant.view.size() != n)
       throw Error(fmt::format("instants: must have {} views, got {}", n, instant.view.size()));
@@ -89,6 +88,63 @@ Calibration poses_of_views(const Dataset& data, const RigOptions::KnownCamera& k
 
 const CalibrateOptions& options_of(const RigOptions& options, std::size_t camera) {
   return options.calibrate[options.calibrate.size() == 1 ? 0 : camera];
+}
+
+// The camera that is given for the pictures of one; null if none is.
+const Camera* given_camera(const RigOptions& options, std::size_t c) {
+  if (options.lenses == RigLenses::fixed) return &options.known[c].camera.camera;
+  const std::optional<Camera>& start = options_of(options, c).start;
+  return start ? &*start : nullptr;
+}
+
+void report_swapped(const RigDataset& rig, std::size_t a, std::size_t b, const char* what,
+                    RigCalibration& answer) {
+  add(answer.findings, code::sizes_swapped,
+      fmt::format("the pictures of {} have the {} of the camera that is given for {}: the folders "
+                  "or the camera files are exchanged",
+                  rig.cameras[a].name, what, rig.cameras[b].name));
+}
+
+// Pictures that have the image size of the camera that is given for others. Throws Error for a size
+// that no given camera has.
+void check_sizes(const RigDataset& rig, const RigOptions& options, RigCalibration& answer) {
+  for (std::size_t c = 0; c < rig.cameras.size() && answer.findings.empty(); ++c) {
+    const ImageSize& size = rig.cameras[c].data.image_size;
+    const auto has_size = [&](std::size_t other) {
+      const Camera* const given = given_camera(options, other);
+      return given && given->image_size == size;
+    };
+    if (!given_camera(options, c) || has_size(c)) continue;
+    for (std::size_t other = 0; other < rig.cameras.size() && answer.findings.empty(); ++other)
+      if (has_size(other)) report_swapped(rig, c, other, "image size", answer);
+    if (answer.findings.empty())
+      throw Error(rig.cameras[c].name + ": the known camera must have its image size");
+  }
+}
+
+// Two known cameras of one image size, each of which fits the pictures of the other better.
+void check_lenses(const RigDataset& rig, const RigOptions& options,
+                  const std::vector<Calibration>& own, RigCalibration& answer) {
+  constexpr std::size_t kEnough = 3;  // numeric: views that tell two lenses apart
+  // The score of the noise of views of one camera under its own lens over that under another.
+  const auto score = [&](std::size_t c, std::size_t other) {
+    Dataset few = rig.cameras[c].data;
+    few.views.clear();
+    int num_residuals = 0;
+    for (const std::size_t v : spread_indices(rig.cameras[c].data.views.size(), kEnough)) {
+      few.views.push_back(rig.cameras[c].data.views[v]);
+      num_residuals += 2 * static_cast<int>(few.views.back().observations.size());
+    }
+    const double mine = own[c].rms_px, its = poses_of_views(few, options.known[other]).rms_px;
+    return its > 0 && mine > its
+               ? variance_ratio_score(mine * mine / (its * its), num_residuals, num_residuals)
+               : 0;
+  };
+  for (std::size_t a = 0; options.lenses == RigLenses::fixed && a < own.size(); ++a)
+    for (std::size_t b = a + 1; b < own.size() && answer.findings.empty(); ++b)
+      if (rig.cameras[a].data.image_size == rig.cameras[b].data.image_size &&
+          score(a, b) > policy::kOutlierSigmas && score(b, a) > policy::kOutlierSigmas)
+        report_swapped(rig, a, b, "lens", answer);
 }
 
 std::vector<Calibration> own_calibrations(const RigDataset& rig, const RigOptions& options) {
@@ -140,14 +196,14 @@ double sigma_of_scale(const RigState& state) {
   return std::hypot(bundle.board->prior_sigma[3], bundle.shape[3]) / std::sqrt(2.0);
 }
 
-// Adds an error of the scale of all translations.
-void add_scale(const RigState& state, const RigLayout& layout, MatrixXd& covariance) {
+// Adds an error of the scale of all translations, `times`.
+void add_scale(const RigState& state, const RigLayout& layout, double times, MatrixXd& covariance) {
   Eigen::VectorXd by_scale = Eigen::VectorXd::Zero(layout.size);
   for (std::size_t c = 0; c < state.cameras.size(); ++c)
     if (const auto at = layout.pose[c])
       by_scale.segment<3>(*at + 3) = state.poses.camera_from_rig[c].translation();
   by_scale *= sigma_of_scale(state);
-  covariance += by_scale * by_scale.transpose();
+  covariance += times * by_scale * by_scale.transpose();
 }
 
 // What the cameras' own calibrations say of their lenses, by the models of their claims.
@@ -195,7 +251,7 @@ std::optional<MatrixXd> joint_covariance(RigState& state, const RigState& of_cla
     move_rig(state, of_claims, layout, claim->step, options.calibrate.front());
     covariance = claim->covariance;
   }
-  if (covariance) add_scale(state, layout, *covariance);
+  if (covariance) add_scale(state, layout, 1, *covariance);
   return covariance;
 }
 
@@ -230,7 +286,7 @@ RigStart place_cameras(const RigDataset& rig, const RigOptions& options, RigStat
                        RigCalibration& answer) {
   RigStart start = start_rig(state, half_turn_of(rig.cameras.front().data.boards));
   answer.groups = groups_of(state, start);
-  report_groups(rig, answer);
+  report_groups(rig, state, answer);
   set_unconnected_alone(state, start);
   report_turned(start, answer);
   report_shifts(rig, start, answer);
@@ -260,6 +316,12 @@ RigCalibration calibrate_rig(const RigDataset& given, const RigOptions& options)
   const PlacedViews views = options.find_boards ? views_of_boards(given) : views_of_world(given);
   const RigDataset& rig = views.data;
   RigCalibration answer;
+  check_sizes(rig, options, answer);
+  if (!answer.findings.empty()) {
+    for (const RigCamera& camera : rig.cameras) answer.cameras.push_back({camera.name});
+    answer.status = judge(answer.findings);
+    return answer;
+  }
   const std::vector<Calibration> own = own_calibrations(rig, options);
   for (std::size_t c = 0; c < own.size(); ++c) {
     answer.cameras.push_back({rig.cameras[c].name});
@@ -267,6 +329,7 @@ RigCalibration calibrate_rig(const RigDataset& given, const RigOptions& options)
     answer.cameras[c].error_px =
         options.lenses == RigLenses::fixed ? options.known[c].error_px : camera_error_px(own[c]);
   }
+  check_lenses(rig, options, own, answer);
   require_answers(rig, answer);
   answer.status = judge(answer.findings);
   if (!is_answer(answer.status)) return answer;
@@ -297,6 +360,10 @@ RigCalibration calibrate_rig(const RigDataset& given, const RigOptions& options)
     add(answer.findings, code::single_instant,
         "one instant connects the cameras: nothing tests the answer; take more");
   answer.status = judge(answer.findings);
+  if (is_answer(answer.status) || answer.status == Status::extrinsic_not_observable) {
+    add_scale(state, solved.layout, -1, solved.covariance);  // which no view tells
+    answer.next = advised_pair(solved);
+  }
   answer.seconds = stopwatch.seconds();
   return answer;
 }

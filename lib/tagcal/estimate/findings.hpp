@@ -38,6 +38,8 @@ inline constexpr FindingCode not_synchronous{"not_synchronous", Severity::refusa
                                              Status::not_synchronous};
 inline constexpr FindingCode pair_contradicts{"pair_contradicts", Severity::refusal,
                                               Status::no_consensus};
+inline constexpr FindingCode sizes_swapped{"sizes_swapped", Severity::refusal,
+                                           Status::no_consensus};
 inline constexpr FindingCode camera_without_answer{"camera_without_answer", Severity::refusal,
                                                    Status::not_observable};
 

@@ -98,17 +98,6 @@ Matrix6 by_place(const SeeingCamera& seeing, const Pose& rig_from_target) {
                  seeing.camera->camera_from_rig.rotation_matrix() * rig_from_target.translation());
 }
 
-int num_free(const KnownRig::Member& member) {
-  return member.camera.model ? member.camera.model->num_free() : 0;
-}
-
-// The first of a lens' parameters in KnownRig::covariance.
-Eigen::Index first_of_lens(const KnownRig& rig, std::size_t camera) {
-  auto at = 6 * static_cast<Eigen::Index>(rig.cameras.size());
-  for (std::size_t c = 0; c < camera; ++c) at += num_free(rig.cameras[c]);
-  return at;
-}
-
 // The gradient of a camera's cost, by its own pose, by the places and lenses of the rig: I_c X_c
 // and J_p'J_l, with its information I_c and the step X_c of its pose by that of its place.
 std::optional<Eigen::MatrixXd> gradient_by_rig(const SeeingCamera& seeing, const KnownRig& rig,
@@ -117,10 +106,10 @@ std::optional<Eigen::MatrixXd> gradient_by_rig(const SeeingCamera& seeing, const
   const auto gram = RigPoseProblem::products(seeing, camera_pose, true);
   if (!gram) return std::nullopt;
   Eigen::MatrixXd by_rig = Eigen::MatrixXd::Zero(6, rig.covariance.cols());
-  const int k = num_free(*seeing.camera);
+  const int k = seeing.camera->camera.num_free();
   by_rig.middleCols<6>(6 * static_cast<Eigen::Index>(seeing.index)) =
       gram->topLeftCorner<6, 6>() * by_place(seeing, rig_from_target);
-  by_rig.middleCols(first_of_lens(rig, seeing.index), k) = gram->block(0, 6, 6, k);
+  by_rig.middleCols(rig.first_of_lens(seeing.index), k) = gram->block(0, 6, 6, k);
   return by_rig;
 }
 
@@ -299,12 +288,42 @@ void add_warnings_of(std::span<const SeeingCamera> cameras, std::vector<Finding>
 
 }  // namespace
 
+Eigen::Index KnownRig::first_of_lens(std::size_t camera) const {
+  auto at = 6 * std::ssize(cameras);
+  for (std::size_t c = 0; c < camera; ++c) at += cameras[c].camera.num_free();
+  return at;
+}
+
+std::optional<std::size_t> KnownRig::reference() const {
+  for (std::size_t c = 0; c < cameras.size(); ++c)
+    if (minus(cameras[c].camera_from_rig, Pose()).isZero()) return c;
+  return std::nullopt;
+}
+
+void KnownRig::set_joint_covariance(const MatrixX& joint) {
+  const Eigen::Index places = 6 * std::ssize(cameras), size = first_of_lens(cameras.size());
+  const Eigen::Index before = 6 * static_cast<Eigen::Index>(reference().value());
+  Eigen::MatrixXd onto = Eigen::MatrixXd::Zero(size, joint.rows());
+  onto.topLeftCorner(before, before).setIdentity();
+  onto.block(before + 6, before, places - 6 - before, places - 6 - before).setIdentity();
+  onto.bottomRightCorner(size - places, size - places).setIdentity();
+  covariance = onto * joint * onto.transpose();
+}
+
+KnownRig known_rig(const RigCalibration& rig) {
+  KnownRig known;
+  for (const RigCameraEstimate& camera : rig.cameras)
+    known.cameras.push_back({camera.name, camera.camera, camera.camera_from_rig, camera.error_px});
+  known.set_joint_covariance(rig.covariance);
+  return known;
+}
+
 RigPoseEstimate estimate_rig_pose(std::span<const ViewCorrespondences> seen, const KnownRig& rig,
                                   const PoseOptions& options) {
   const std::size_t n = rig.cameras.size();
   if (seen.size() != n)
     throw Error(fmt::format("rig: has {} cameras, got the corners of {}", n, seen.size()));
-  const Eigen::Index size = first_of_lens(rig, n);
+  const Eigen::Index size = rig.first_of_lens(n);
   if (rig.covariance.size() != 0 &&
       (rig.covariance.rows() != size || rig.covariance.cols() != size))
     throw Error(

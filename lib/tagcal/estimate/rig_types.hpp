@@ -102,6 +102,17 @@ struct RigInstant {
   int num_views = 0;
 };
 
+// Two cameras that should see a board at the same time, and where.
+struct AdvisedPair {
+  std::size_t a = 0, b = 0;
+  // Of the board from `a`; 0: anywhere in the pictures of both.
+  double distance_m = 0;
+  // Standard deviation of the board's projection into `b` by that of the places of both cameras;
+  // infinite: nothing connects them.
+  double sigma_px = 0;
+  std::string sentence;  // for users: "show the board .."
+};
+
 struct RigCalibration {
   Status status = Status::degenerate;
   std::vector<RigCameraEstimate> cameras;
@@ -120,6 +131,9 @@ struct RigCalibration {
   double rms_px = 0;
   int num_corners = 0;
   int num_iterations = 0;
+  // What would improve the answer most, or connect the cameras. None if no two cameras can see one
+  // board, and for other statuses than ok, not_connected and extrinsic_not_observable.
+  std::optional<AdvisedPair> next;
   std::vector<Finding> findings;  // of the rig; those of a camera are in its own calibration
   double seconds = 0;
 };
@@ -137,7 +151,19 @@ struct KnownRig {
   // Of (omega rad, tau m) of all camera_from_rig in turn (`retract`), then of the free parameters
   // of all lenses (none without a model). Empty: places and lenses are taken as exact.
   MatrixX covariance;
+
+  // The first of the free parameters of a camera's lens in `covariance`; of one past the last
+  // camera its size.
+  Eigen::Index first_of_lens(std::size_t camera) const;
+  // The camera whose frame is that of the rig.
+  std::optional<std::size_t> reference() const;
+  // Sets `covariance` from one as of RigCalibration, without the places of the reference, and of
+  // boards or not. Precondition: there is a reference, and the size fits.
+  void set_joint_covariance(const MatrixX& joint);
 };
+
+// The rig of an answer. Precondition: is_answer(rig.status).
+KnownRig known_rig(const RigCalibration& rig);
 
 struct RigPoseEstimate {
   // As for one camera, whose frame is that of the rig: `camera_from_target` is rig_from_target. Its

@@ -38,4 +38,11 @@ std::string listed(std::span<const std::string> names) {
   return text;
 }
 
+std::string side_name(int x, int y, const char* middle) {
+  const std::string vertical = y < 0 ? "upper" : y > 0 ? "lower" : "";
+  const std::string horizontal = x < 0 ? "left" : x > 0 ? "right" : "";
+  if (vertical.empty() && horizontal.empty()) return middle;
+  return vertical + (vertical.empty() || horizontal.empty() ? "" : " ") + horizontal;
+}
+
 }  // namespace tagcal::internal

@@ -15,4 +15,7 @@ std::string short_number(double value);  // %g: six digits at most
 std::string percent(double share);                       // "12 %", "more than 1000 %"
 std::string listed(std::span<const std::string> names);  // "a, b and c"
 
+// The name of a third or a side of an image: (-1, -1) is "upper left", (0, 0) `middle`.
+std::string side_name(int x, int y, const char* middle);
+
 }  // namespace tagcal::internal

@@ -9,8 +9,8 @@
 
 // A camera and its covariance, from which every uncertainty of a projection follows. Points to
 // pixels and back, with covariances to first order: that of the input, and that of the lens' free
-// parameters, which is independent of it. A lens and a pose that were estimated from one another are
-// not: what a moved or turned camera could explain is part of these covariances too
+// parameters, which is independent of it. A lens and a pose that were estimated from one another
+// are not: what a moved or turned camera could explain is part of these covariances too
 // (projection_uncertainty subtracts it).
 
 namespace tagcal {
@@ -21,6 +21,8 @@ struct UncertainCamera {
   const Model* model = nullptr;  // not owned; null: the lens is taken as exact
   Camera camera;
   MatrixX covariance;  // of the model's free parameters (k x k); empty: the lens is exact
+
+  int num_free() const { return model ? model->num_free() : 0; }
 };
 
 // The standard deviation of each parameter of the lens: 0 for a held one, and where rounding made a

@@ -5,10 +5,12 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "tagcal/estimate/findings.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
+#include "tagcal/estimate/rig/rig_advice.hpp"
 #include "tagcal/solvers/numeric/statistics.hpp"
 
 namespace tagcal::internal {
@@ -82,15 +84,25 @@ void report_clocks(const RigDataset& rig, bool corrected, bool tells_offset,
   }
 }
 
-void report_groups(const RigDataset& rig, RigCalibration& answer) {
+void report_groups(const RigDataset& rig, const RigState& state, RigCalibration& answer) {
   if (answer.groups.size() < 2) return;
   std::string others;
   for (std::size_t g = 1; g < answer.groups.size(); ++g)
     others += (g == 1 ? "" : ", nor with ") + names_of(rig, answer.groups[g]);
+  std::string advice = "show the board to a camera of each group at the same time";
+  if (const auto near = nearest_views(state, answer.groups)) {
+    const std::string pair = names_of(rig, {near->a, near->b});
+    advice = fmt::format("{}; nearest are {}, at the instants {} and {}, {:.3g} {} apart", advice,
+                         pair, near->instant_a, near->instant_b, near->apart,
+                         state.has_stamps   ? "s"
+                         : near->apart == 1 ? "instant"
+                                            : "instants");
+    answer.next = {near->a, near->b, 0, std::numeric_limits<double>::infinity(),
+                   fmt::format("show the board to {} at the same time", pair)};
+  }
   add(answer.findings, code::not_connected,
-      fmt::format("no instant connects {} with {}: show the board to a camera of each group at the "
-                  "same time",
-                  names_of(rig, answer.groups.front()), others));
+      fmt::format("no instant connects {} with {}: {}", names_of(rig, answer.groups.front()),
+                  others, advice));
 }
 
 void report_contradictions(const RigDataset& rig, const RigState& state,

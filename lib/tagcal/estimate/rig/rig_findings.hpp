@@ -8,7 +8,8 @@
 
 namespace tagcal::internal {
 
-void report_groups(const RigDataset& rig, RigCalibration& answer);  // by its `groups`
+// By its `groups`: names the two views that are nearest to a common instant, and sets `next`.
+void report_groups(const RigDataset& rig, const RigState& state, RigCalibration& answer);
 void report_turned(const RigStart& start, RigCalibration& answer);
 void report_shifts(const RigDataset& rig, const RigStart& start, RigCalibration& answer);
 // By its `clocks`. `tells_offset`: the instants are near enough to one another for a number.

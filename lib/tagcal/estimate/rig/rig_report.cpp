@@ -57,7 +57,8 @@ struct RigOfPairs {
         rays(rig.data->cameras.size()) {
     const Index lenses = layout.size - layout.num_extrinsics();
     const MatrixXd of_lenses = covariance.bottomRightCorner(lenses, lenses);
-    inverse_of_lenses = of_lenses.completeOrthogonalDecomposition().pseudoInverse();
+    if (lenses > 0)  // none if all are exact
+      inverse_of_lenses = of_lenses.completeOrthogonalDecomposition().pseudoInverse();
     for (std::size_t c = 0; c < rays.size(); ++c) views.push_back(rig.state->views_at(c));
   }
 
@@ -174,8 +175,7 @@ RigPair report_pair(const PairModel& pair) {
   result.a = pair.index_a;
   result.b = pair.index_b;
   result.b_from_a = pair.b_from_a();
-  const MatrixXd by = pair.by_parameters();
-  result.covariance = by * pair.rig.covariance * by.transpose();
+  result.covariance = covariance_of_pair(pair.rig.solved, pair.index_a, pair.index_b);
   const Vector3d t = result.b_from_a.translation();
   result.baseline_m = t.norm();
   const Eigen::Matrix3d of_t = result.covariance.bottomRightCorner<3, 3>();
@@ -233,6 +233,19 @@ void report_camera(const SolvedRig& solved, std::size_t c, RigCameraEstimate& ca
 }
 
 }  // namespace
+
+Matrix6 covariance_of_pair(const SolvedRig& solved, std::size_t a, std::size_t b) {
+  const auto& places = solved.state->poses.camera_from_rig;
+  const auto by = pair_by_cameras(places[a], places[b]);
+  const std::optional<Index> at[] = {solved.layout.pose[a], solved.layout.pose[b]};
+  Matrix6 covariance = Matrix6::Zero();
+  for (int i = 0; i < 2; ++i)
+    for (int k = 0; k < 2; ++k)
+      if (at[i] && at[k])
+        covariance += by.middleCols<6>(6 * i) * solved.covariance.block<6, 6>(*at[i], *at[k]) *
+                      by.middleCols<6>(6 * k).transpose();
+  return covariance;
+}
 
 void report_rig(const SolvedRig& solved, RigCalibration& answer) {
   const RigState& state = *solved.state;

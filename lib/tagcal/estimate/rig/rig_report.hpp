@@ -16,6 +16,9 @@ struct SolvedRig {
   Eigen::MatrixXd covariance;
 };
 
+// The covariance of the pose of camera b in the frame of camera a (`retract`).
+Matrix6 covariance_of_pair(const SolvedRig& solved, std::size_t a, std::size_t b);
+
 // Fills in cameras (but for their own calibrations), pairs and instants.
 void report_rig(const SolvedRig& solved, RigCalibration& answer);
 

@@ -100,8 +100,10 @@ std::vector<ClockOffset> clocks_off(const RigState& state, const RigStart& start
   std::vector<ClockOffset> off;
   std::vector<double> offsets = {0};  // that of the reference
   for (const ClockFit& fit : fit_clocks(state, start)) {
-    if (fit.is_off) off.push_back(fit.clock);
     offsets.push_back(fit.is_off ? fit.clock.offset : 0);
+    if (!fit.is_off) continue;
+    off.push_back(fit.clock);
+    off.back().sigma = std::hypot(fit.clock.sigma, policy::kClockShare * fit.clock.offset);
   }
   const double middle = median(offsets);
   if (off.empty() || state.cameras.size() < 3 || middle == 0) return off;

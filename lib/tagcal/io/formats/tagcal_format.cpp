@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "tagcal/error.hpp"
+#include "tagcal/estimate/rig_types.hpp"
 #include "tagcal/io/formats/corner_order.hpp"
 #include "tagcal/io/formats/number_format.hpp"
 #include "tagcal/io/formats/opencv_camera.hpp"
@@ -152,29 +153,23 @@ bool has_rig_keys(const YamlValue& top) {
 // the rig, and without those of boards.
 void read_rig_covariance(const YamlValue& value, CameraFile& file) {
   const Eigen::MatrixXd joint = read_matrix(value);
-  const auto n = static_cast<Eigen::Index>(file.cameras.size());
-  Eigen::Index of_lenses = 0;
-  for (const FileCamera& camera : file.cameras)
-    if (const Model* model = uncertain_camera(camera.calibration).model)
-      of_lenses += model->num_free();
-  const Eigen::Index of_places = 6 * (n - 1), of_boards = joint.rows() - of_places - of_lenses;
+  KnownRig rig;
+  for (const FileCamera& camera : file.cameras) {
+    if (!camera.camera_from_rig) value.fail_plainly("needs camera_from_rig of all cameras");
+    rig.cameras.push_back({"", uncertain_camera(camera.calibration), *camera.camera_from_rig, {}});
+  }
+  const Eigen::Index size = rig.first_of_lens(rig.cameras.size()) - 6;
+  const Eigen::Index of_boards = joint.rows() - size;
   if (joint.rows() != joint.cols() || of_boards < 0 || of_boards % 6 != 0)
     value.fail_plainly(
-        fmt::format("must be square, with {} rows, and 6 for each board, got {} x {}",
-                    of_places + of_lenses, joint.rows(), joint.cols()));
+        fmt::format("must be square, with {} rows, and 6 for each board, got {} x {}", size,
+                    joint.rows(), joint.cols()));
   if (const std::string defect = covariance_defect(joint); !defect.empty())
     value.fail_plainly(defect);
-  const auto reference = std::ranges::find_if(file.cameras, [](const FileCamera& camera) {
-    return camera.camera_from_rig && minus(*camera.camera_from_rig, Pose()).isZero();
-  });
-  if (reference == file.cameras.end())
+  if (!rig.reference())
     value.fail_plainly("needs a camera whose camera_from_rig is the identity: the reference");
-  const Eigen::Index before = 6 * (reference - file.cameras.begin());
-  Eigen::MatrixXd onto = Eigen::MatrixXd::Zero(6 * n + of_lenses, joint.rows());
-  onto.topLeftCorner(before, before).setIdentity();
-  onto.block(before + 6, before, of_places - before, of_places - before).setIdentity();
-  onto.bottomRightCorner(of_lenses, of_lenses).setIdentity();
-  file.rig_covariance = onto * joint * onto.transpose();
+  rig.set_joint_covariance(joint);
+  file.rig_covariance = rig.covariance;
 }
 
 CameraFile read_rig_cameras(const YamlValue& top) {
