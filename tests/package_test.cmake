@@ -50,11 +50,11 @@ run("dpkg-deb -x" dpkg-deb -x ${deb} ${root})
 
 # What the package says of itself.
 run("Depends" dpkg-deb --field ${deb} Depends)
-check_matches("Depends" "${output}" libc6 libapriltag libopencv-core libopencv-calib3d libopencv-contrib
+check_matches("Depends" "${output}" libc6 libapriltag libopencv-core libopencv-calib3d "libopencv-(contrib|objdetect)"
               libcairo2 libyaml-cpp libfmt libpng libjpeg libtiff libwebp libdeflate libgoogle-glog)
 set(depends "${output}")
 run("Recommends" dpkg-deb --field ${deb} Recommends)
-check_matches("Recommends" "${output}" libceres-dev libopencv-dev libopencv-contrib-dev libeigen3-dev)
+check_matches("Recommends" "${output}" libceres-dev libopencv-dev libeigen3-dev)
 run("Description" dpkg-deb --field ${deb} Description)
 check_matches("Description" "${output}" "^camera calibration")
 
