@@ -35,7 +35,7 @@ inline BoardOfOpenCv charuco_of_opencv(const SizesOfOpenCv& sizes, int dictionar
   const cv::aruco::CharucoBoard board({sizes.columns, sizes.rows}, sizes.square, sizes.marker,
                                       cv::aruco::getPredefinedDictionary(dictionary));
   BoardOfOpenCv b{board.getChessboardCorners(), board.getIds(), board.getObjPoints(), {}};
-  board.generateImage(square_pixels * cv::Size(sizes.columns, sizes.rows), b.drawing);
+  board.generateImage({sizes.columns * square_pixels, sizes.rows * square_pixels}, b.drawing);
   return b;
 }
 #else
