@@ -31,15 +31,16 @@ set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
 set(CPACK_DEBIAN_COMPRESSION_TYPE xz)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
-if(BUILD_SHARED_LIBS)
-  set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
-  set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR}/lib)
-endif()
+set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR}/lib)
 # What find_package(tagcal) and tagcal.pc look for. Recommended, not needed: apt installs them unless
 # told otherwise, and who only wants the command is spared a gigabyte of OpenCV's own.
 string(JOIN ", " CPACK_DEBIAN_PACKAGE_RECOMMENDS "libeigen3-dev (>= 3.4)" "libceres-dev (>= 2.1)"
        libapriltag-dev libyaml-cpp-dev libfmt-dev libpng-dev libjpeg-dev "libtiff-dev (>= 4.5)" libwebp-dev
-       libdeflate-dev "libopencv-dev (>= 4.5)" "libopencv-contrib-dev (>= 4.5)")
+       libdeflate-dev "libopencv-dev (>= 4.5)")
+if(TAGCAL_OPENCV_MARKERS STREQUAL aruco)
+  string(APPEND CPACK_DEBIAN_PACKAGE_RECOMMENDS ", libopencv-contrib-dev (>= 4.5)")
+endif()
 
 # The Python module, if it is one for Debian's Python: another one looks into other folders.
 set(part Unspecified)

@@ -1,16 +1,19 @@
 #!/usr/bin/env python3
-"""Every option that a sentence of the library or of the commands names exists.
+"""Every option that a sentence of the library or of the commands names exists, and advice works.
 
     option_names_test.py SOURCE TAGCAL
 
 Takes the string literals of lib/tagcal and tools, finds "--name" in them, and asks each command for
 its options (`tagcal COMMAND --help`). An option of a whole command ("tagcal convert FILE --to
-FORMAT") must be one of that command; any other must be one of some command.
+FORMAT") must be one of that command; any other must be one of some command. Then makes mistakes with a rendered data set, takes the advice out of what is
+printed, and follows it: the command must not be refused, and must not say the same again.
 """
 
 import re
+import shlex
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 # Programs of others whose commands are named: "ffmpeg -i x.mp4 .."
@@ -61,6 +64,92 @@ def mistakes(text: str, options: dict[str, set[str]]) -> list[str]:
     return found
 
 
+# A command with a mistake, the advice that it prints, and the command that follows the advice, with
+# the groups of the match. DESK and COPY are rendered data sets.
+ADVISED = [
+    ("calibrate DESK --model weak --out weak.yaml", r"try (--model auto)", "calibrate DESK {0}"),
+    ("calibrate DESK --model f --out f.yaml", r"take (opencv\d) or (auto)", "calibrate DESK --model {0}"),
+    ("calibrate DESK --model fisheye4 --out fish.yaml", r"(opencv\d), another kind of lens, would .* take it",
+     "calibrate DESK --model {0}"),
+    ("convert fish.yaml x.cameramodel", r"(--model \w+) fits one", "convert fish.yaml x.cameramodel {0}"),
+    ("convert fish.yaml out.zip", r"choose one by (--to)", "convert fish.yaml out.zip {0} opencv"),
+    ("calibrate DESK --model ds --out ds.yaml", r"(opencv\d), another kind of lens", "calibrate DESK --model {0}"),
+    ("convert ds.yaml x.cameramodel", r"(--model \w+) fits one", "convert ds.yaml x.cameramodel {0}"),
+    ("convert ds.yaml x.ini --to ros", r"(--model \w+) fits one", "convert ds.yaml x.ini --to ros {0}"),
+    ("convert o8.yaml chain.yaml --to kalibr", r"calibrate with (--model \w+)",
+     "calibrate DESK {0} --out o4.yaml"),
+    ("convert o8.yaml chain.yaml --to kalibr", r"calibrate with (--model \w+)",
+     "convert o4.yaml chain.yaml --to kalibr"),
+    ("convert o8.yaml t.json --to nerfstudio", r"calibrate with (--model \w+)",
+     "calibrate DESK {0} --out o5.yaml"),
+    ("pose DESK", r"(--unknown-focal)", "pose DESK {0}"),
+    ("calibrate DESK/images", r"need their board, (--target) T", "calibrate DESK/images {0} DESK/target.yaml"),
+    ("detect DESK --target DESK/target.yaml", r"leave out (--target)", "detect DESK"),
+    ("detect DESK/images --border-bits 1", r"needs (--family)", "detect DESK/images --border-bits 1 {0} tag36h11"),
+    ("pose DESK/images --unknown-focal --family tag36h11", r"needs (--tag-size)",
+     "pose DESK/images --unknown-focal --family tag36h11 {0} 0.088"),
+    ("calibrate DESK COPY --target DESK/target.yaml", r"leave out (--target)", "calibrate DESK COPY --out many"),
+    ("report o8.yaml --observations DESK/observations_exact.csv", r"needs (--dataset)",
+     "report o8.yaml --dataset DESK --out r.html"),
+]
+# Edits of DESK/target.yaml whose pictures contradict them, with what to write instead.
+EDITS = [("tagCols: 6", "tagCols: 7"), ("tagSpacing: 0.3", "tagSpacing: 0.5"),
+         ("border_bits: 1", "border_bits: 2"), ("tag36h11", "tag36h10")]
+WRITE = re.compile(r"write ((?:\w+: [\w.]+(?:, )?)+)")
+
+
+class Advice:
+    """Runs commands in a folder with rendered data sets."""
+
+    def __init__(self, source: Path, program: str, folder: Path):
+        self.program, self.folder, self.wrong = program, folder, []
+        for name in ("DESK", "COPY"):
+            self.run(f"render {source}/data-synthetic/scenes/desk.yaml --views 8 --out {name}")
+        self.run("calibrate DESK --model opencv8 --out o8.yaml")
+
+    def run(self, arguments: str) -> tuple[int, str]:
+        done = subprocess.run([self.program, *shlex.split(arguments)], cwd=self.folder, text=True,
+                              capture_output=True)
+        return done.returncode, " ".join((done.stdout + done.stderr).split())
+
+    def follow(self, mistake: str, advice: str, followed: str) -> None:
+        printed = self.run(mistake)[1]
+        match = re.search(advice, printed)
+        if not match:
+            self.wrong.append(f"{mistake}: does not say {advice}: {printed}")
+            return
+        code, after = self.run(followed.format(*match.groups()))
+        if code == 2 or match[0] in after:
+            self.wrong.append(f"{mistake}: advises {followed.format(*match.groups())}: {after}")
+
+    def follow_target(self, right: str, mistake: str) -> None:
+        target = (self.folder / "DESK/target.yaml").read_text()
+        assert right in target, right
+        text = target.replace(right, mistake)
+        detect = "detect DESK/images --no-cache --target wrong.yaml --out corners.csv"
+        (self.folder / "wrong.yaml").write_text(text)
+        said = WRITE.findall(self.run(detect)[1])
+        if not said:
+            self.wrong.append(f"{mistake} instead of {right}: nothing is said of it")
+            return
+        for key, value in (pair.split(": ") for pair in said[0].rstrip(", .").split(", ")):
+            text = re.sub(f"^{key}: .*", f"{key}: {value}", text, flags=re.MULTILINE)
+        (self.folder / "wrong.yaml").write_text(text)
+        code, after = self.run(detect)
+        if code != 0 or WRITE.search(after):
+            self.wrong.append(f"{mistake} instead of {right}: advises {said[0]}: {after}")
+
+
+def followed_advice(source: Path, program: str) -> list[str]:
+    with tempfile.TemporaryDirectory() as folder:
+        advice = Advice(source, program, Path(folder))
+        for case in ADVISED:
+            advice.follow(*case)
+        for edit in EDITS:
+            advice.follow_target(*edit)
+        return advice.wrong
+
+
 def main(source: Path, program: str) -> int:
     options = options_of(program)
     wrong, sentences = [], 0
@@ -74,9 +163,10 @@ def main(source: Path, program: str) -> int:
     assert sentences > 50, "no sentences with options are found any more"
     assert mistakes("try --no-such-option", options), "a wrong option is not found"
     assert mistakes("tagcal diff A --to B", options), "an option of another command is not found"
+    wrong += followed_advice(source, program)
     print("\n".join(wrong))
     return 1 if wrong else 0
 
 
 if __name__ == "__main__":
-    sys.exit(main(Path(sys.argv[1]), sys.argv[2]))
+    sys.exit(main(Path(sys.argv[1]).resolve(), str(Path(sys.argv[2]).resolve())))

@@ -50,16 +50,16 @@ run("dpkg-deb -x" dpkg-deb -x ${deb} ${root})
 
 # What the package says of itself.
 run("Depends" dpkg-deb --field ${deb} Depends)
-check_matches("Depends" "${output}" libc6 libapriltag libopencv-core libopencv-calib3d libopencv-contrib
+check_matches("Depends" "${output}" libc6 libapriltag libopencv-core libopencv-calib3d "libopencv-(contrib|objdetect)"
               libcairo2 libyaml-cpp libfmt libpng libjpeg libtiff libwebp libdeflate libgoogle-glog)
 set(depends "${output}")
 run("Recommends" dpkg-deb --field ${deb} Recommends)
-check_matches("Recommends" "${output}" libceres-dev libopencv-dev libopencv-contrib-dev libeigen3-dev)
+check_matches("Recommends" "${output}" libceres-dev libopencv-dev libeigen3-dev)
 run("Description" dpkg-deb --field ${deb} Description)
 check_matches("Description" "${output}" "^camera calibration")
 
 # The files: complete, for everybody to read and for root alone to write, owned by root.
-set(files bin/tagcal include/tagcal/tagcal.hpp include/tagcal/estimate/pose.hpp lib/libtagcal.a
+set(files bin/tagcal include/tagcal/tagcal.hpp include/tagcal/estimate/pose.hpp lib/libtagcal.a lib/libtagcal.so
           lib/libtagcal_validate.a lib/cmake/tagcal/tagcalConfig.cmake lib/pkgconfig/tagcal.pc
           share/bash-completion/completions/tagcal share/zsh/vendor-completions/_tagcal
           share/fish/vendor_completions.d/tagcal.fish share/man/man1/tagcal.1.gz
@@ -76,7 +76,7 @@ endforeach()
 run("contents" dpkg-deb --contents ${deb})
 string(REGEX MATCHALL "[^\n]+" lines "${output}")
 foreach(line IN LISTS lines)
-  check_matches("an entry" "${line}" "^(drwxr-xr-x|-rwxr-xr-x|-rw-r--r--) root/root ")
+  check_matches("an entry" "${line}" "^(drwxr-xr-x|-rwxr-xr-x|-rw-r--r--|lrwxrwxrwx) root/root ")
 endforeach()
 file(GLOB pages ${usr}/share/man/man1/*)
 run("gzip --test" gzip --test ${pages} ${usr}/share/doc/tagcal/changelog.gz)
@@ -96,7 +96,7 @@ if(NOT result EQUAL 1)
   message(FATAL_ERROR "files of the package refer to ${BUILD} or ${SOURCE}:\n${output}")
 endif()
 file(GLOB modules ${usr}/lib/python3/dist-packages/tagcal/*.so)
-foreach(program IN ITEMS ${usr}/bin/tagcal ${modules})
+foreach(program IN ITEMS ${usr}/bin/tagcal ${usr}/lib/libtagcal.so ${modules})
   run("readelf" readelf --dynamic --section-headers ${program})
   if(output MATCHES "RPATH|RUNPATH|debug_info")
     message(FATAL_ERROR "${program} has ${CMAKE_MATCH_0}")
@@ -129,7 +129,7 @@ check_has("find_package" "${output}" "include ${usr}/include, library ${usr}/lib
 find_program(PKG_CONFIG pkg-config)
 if(PKG_CONFIG)
   set(ENV{PKG_CONFIG_PATH} ${usr}/lib/pkgconfig)
-  run("pkg-config" ${PKG_CONFIG} --static --cflags --libs tagcal)
+  run("pkg-config" ${PKG_CONFIG} --cflags --libs tagcal)
 endif()
 
 if(PYTHON)

@@ -81,9 +81,9 @@ coverage() {
     objects+=(--object "$program")
     LLVM_PROFILE_FILE="$profiles/$name.raw" "$program" -runs=0 "tests/fuzz/corpus/$name" "$kept" >&2
   done
-  llvm-profdata-14 merge -sparse "$profiles"/*.raw -o "$profiles/all"
+  llvm-profdata merge -sparse "$profiles"/*.raw -o "$profiles/all"
   # The first program has no option. Names of files may be relative, so that awk chooses them.
-  llvm-cov-14 report "${objects[@]:1}" --instr-profile "$profiles/all" >"$report"
+  llvm-cov report "${objects[@]:1}" --instr-profile "$profiles/all" >"$report"
   for room in lib/tagcal/io lib/tagcal/detect; do
     awk -v room="$room" 'index($1, room "/") { functions += $5; unseen += $6; lines += $8; missed += $9 }
       END { printf "%s: %d of %d lines (%.1f %%), %d of %d functions\n", room, lines - missed, lines,

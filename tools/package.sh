@@ -12,6 +12,7 @@
 #                  the library there (400 MB)
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
+source tools/clean_debian.sh
 
 setup=(./tools/setup.sh)
 check=
@@ -31,11 +32,6 @@ for option in "$@"; do
   esac
 done
 
-skip() {
-  echo "package.sh: check skipped: $1" >&2
-  exit 0
-}
-
 # What the check needs, below a folder: the package, the demo and its scene.
 copy_for_check() {
   mkdir -p "$1/tools" "$1/data-synthetic/scenes" "$1/consumer"
@@ -43,45 +39,23 @@ copy_for_check() {
   cp tools/demo.sh tools/package_check.sh "$1/tools"
   cp data-synthetic/scenes/desk.yaml "$1/data-synthetic/scenes"
   cp tests/consumer/tag_pose.cpp "$1/consumer"
-  chmod -R a+rX "$1"
-}
-
-# The lists of Debian packages of this machine, so that its mirror is used; none: mmdebstrap's own.
-package_lists() {
-  local list
-  for list in /etc/apt/sources.list.d/debian.sources /etc/apt/sources.list; do
-    if grep --quiet --extended-regexp "^[^#]*\b$VERSION_CODENAME\b" "$list" 2>/dev/null; then echo "$list"; fi
-  done
 }
 
 check_in_clean_debian() {
-  local work lists
+  local work
   # shellcheck source=/dev/null
   source /etc/os-release
   if [ "${ID:-}" != debian ]; then
-    skip "the package is for ${PRETTY_NAME:-this system}, on which it was made, not for Debian"
-  fi
-  if ! command -v mmdebstrap >/dev/null && ! ./tools/setup.sh --package; then
-    skip "mmdebstrap is not installed, and cannot be installed by this user (apt-get install mmdebstrap)"
+    echo "package.sh: skipped: the package is for ${PRETTY_NAME:-this system}, on which it was made, not for Debian" >&2
+    exit 0
   fi
   work=$(mktemp --directory)
   # shellcheck disable=SC2064
   trap "rm -rf '$work'" EXIT
+  chmod a+rx "$work"
   copy_for_check "$work/check"
-  chmod a+rx "$work"  # without root, mmdebstrap's root is another user
-  mapfile -t lists < <(package_lists)
   echo "package.sh: checking the package in a clean $PRETTY_NAME (log: build/package/check.log)" >&2
-  if ! LC_ALL=C.UTF-8 mmdebstrap --variant=apt --format=null \
-    --customize-hook='echo made >&4' \
-    --customize-hook="copy-in '$work/check' /opt" \
-    --customize-hook="chroot \"\$1\" /opt/check/tools/package_check.sh $check >&3" \
-    "$VERSION_CODENAME" /dev/null "${lists[@]}" 3>&1 4>"$work/made" \
-    >build/package/check.log 2>&1; then
-    if [ ! -s "$work/made" ]; then
-      skip "no clean Debian could be made here, which needs root or user namespaces, and a mirror (mmdebstrap: $(
-        sed -n 's/^E: //p' build/package/check.log | head -n 1
-      ))"
-    fi
+  if ! in_clean_debian "$VERSION_CODENAME" build/package/check.log "$work/check" "./tools/package_check.sh $check"; then
     tail -n 8 build/package/check.log >&2
     echo "package.sh: the package does not work in a clean $PRETTY_NAME" >&2
     exit 1

@@ -52,7 +52,7 @@ END
   as_user 'cmake -S consumer -B consumer/build && cmake --build consumer/build' >&2
   as_user 'consumer/build/tag_pose'
   # shellcheck disable=SC2016
-  as_user 'cd consumer && g++ -std=c++20 tag_pose.cpp -o by_pc $(pkg-config --static --cflags --libs tagcal)'
+  as_user 'cd consumer && g++ -std=c++20 tag_pose.cpp -o by_pc $(pkg-config --cflags --libs tagcal)'
   as_user 'consumer/by_pc'
 }
 

@@ -21,7 +21,7 @@ python=(
   python3-setuptools python3-pip python3-venv mypy
 )
 peers=(colmap python3-mrcal python3-camera-calibration-parsers python3-yaml)
-checks=(clang libclang-rt-14-dev llvm-14 valgrind locales)
+checks=(clang libclang-rt-dev llvm valgrind locales)
 browser=(chromium chromium-driver python3-selenium python3-pytest)
 
 configure=(./tools/configure.sh release)
@@ -70,7 +70,7 @@ if [ "${#missing[@]}" -gt 0 ]; then install_packages "${missing[@]}"; fi
 
 [ "$build" = yes ] || exit 0
 "${configure[@]}"
-targets=(tagcal_command)
+targets=(tagcal_command tagcal_shared)
 if ./tools/configure.sh release --has-python; then targets+=(tagcal_python); fi
 cmake --build --preset release --target "${targets[@]}" --parallel "$(nproc)"
 if [ "${configure[-1]}" = --python ]; then

@@ -14,6 +14,7 @@
 #include "python/records.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/view_correspondences.hpp"
+#include "tagcal/io/dataset_file.hpp"
 
 namespace tagcal::python {
 namespace {
@@ -160,14 +161,13 @@ void bind_truth(py::module_& m) {
   Record<Truth>(m, "Truth", "The true camera and poses of a synthetic data set.")
       .field("camera", &Truth::camera, "The true Camera.")
       .field("model", &Truth::model,
-             "The smallest model that contains the camera, \"parallel\", or \"\": not known.")
+             "The smallest model that contains the camera, or \"parallel\".")
       .field("camera_from_world", &Truth::camera_from_world, "The true Pose by image name.")
       .representation([](const Truth& truth) {
-        return truth.model + (truth.model.empty() ? "" : ", ") +
-               std::to_string(truth.camera_from_world.size()) + " poses";
+        return truth.model + ", " + std::to_string(truth.camera_from_world.size()) + " poses";
       })
       .def(py::init([](const Camera& camera, std::map<std::string, Pose> poses) {
-             return Truth{camera, "", std::move(poses), {}, {}};
+             return Truth{camera, smallest_model(camera), std::move(poses), {}, {}};
            }),
            py::arg("camera"), py::arg("camera_from_world") = std::map<std::string, Pose>());
 }

@@ -2,16 +2,15 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
-#include <algorithm>
 
 #include "python/bindings.hpp"
 #include "python/boards.hpp"
 #include "python/geometry.hpp"
 #include "python/records.hpp"
 #include "python/scene_parts.hpp"
-#include "tagcal/camera/model.hpp"
 #include "tagcal/detect/families.hpp"
 #include "tagcal/error.hpp"
+#include "tagcal/io/dataset_file.hpp"
 #include "tagcal/io/image_file.hpp"
 #include "tagcal/scene/render.hpp"
 
@@ -27,14 +26,6 @@ void check_view(const MovingScene& scene, int view) {
 }
 
 namespace {
-
-std::string model_of(const Camera& camera) {
-  if (!kind_of(camera.lens).is_central) return kParallelModel;
-  // One has all parameters of the lens.
-  return std::string(std::ranges::find_if(Model::all(), [&](const Model& model) {
-                       return model.contains(camera);
-                     })->name());
-}
 
 struct Levels {
   double background, paper, ink;
@@ -52,7 +43,7 @@ Scene still_scene(const Camera& camera, const PosesLike& poses, const Sensor& se
   if (path.camera_from_world.empty()) throw Error("camera_from_world: must have a pose");
   Scene scene;
   scene.camera = camera;
-  scene.model = model_of(camera);
+  scene.model = smallest_model(camera);
   scene.num_views = static_cast<int>(path.camera_from_world.size());
   scene.path = std::move(path);
   scene.sensor = sensor;

@@ -113,7 +113,7 @@ TEST_F(ConvertModel, BadOptions) {
   bad("--model f --picture a.gif", {"a.gif", ".svg or .png"});
   bad("--model f --max-difference-px 0", {"--max-difference-px"});
   expect_bad_input("convert " + path("ds.yaml") + " " + path("no.yaml") + " --to ros",
-                   {"ros has no double sphere lens", "--model fisheye4 or opencv8"});
+                   {"ros has no double sphere lens", "--model fisheye4 fits one that it has"});
 }
 
 }  // namespace

@@ -113,6 +113,8 @@ TEST_F(Cli, PagesAndCompletionsHaveAllOptions) {
   EXPECT_NE(bash.find("calibrate:--model) COMPREPLY=($(compgen -W 'auto weak f "),
             std::string::npos);
   EXPECT_NE(bash.find("rig:--model) "), std::string::npos);
+  for (const std::string command : {"detect", "pose"})
+    EXPECT_NE(bash.find(command + ":--family) COMPREPLY=($(compgen -W 'tag"), std::string::npos);
   EXPECT_NE(bash.find("detect:--refinement) COMPREPLY=($(compgen -W 'fit edges stock'"),
             std::string::npos);
   EXPECT_EQ(

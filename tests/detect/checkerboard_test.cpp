@@ -3,10 +3,9 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <numbers>
-#include <opencv2/aruco.hpp>
-#include <opencv2/aruco/charuco.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "markers_of_opencv.hpp"
 #include "rendered_checkerboard.hpp"
 #include "tagcal/detect/detector.hpp"
 #include "tagcal/detect/explain.hpp"
@@ -236,10 +235,7 @@ TEST(CharucoBoards, AreFoundInPart) {
 
 // OpenCV's own drawing of its board is the witness for the places of the markers.
 TEST(CharucoBoards, AreOpenCvs) {
-  const auto theirs = cv::aruco::CharucoBoard::create(
-      6, 5, 1, 0.7F, cv::aruco::getPredefinedDictionary(cv::aruco::DICT_4X4_50));
-  cv::Mat drawing;
-  theirs->draw({420, 350}, drawing, 0);
+  const cv::Mat drawing = charuco_of_opencv({6, 5, 1, 0.7F}, cv::aruco::DICT_4X4_50, 70).drawing;
   Image8 image({520, 450}, 255);
   for (int y = 0; y < 350; ++y)
     for (int x = 0; x < 420; ++x) image(50 + x, 50 + y) = drawing.at<unsigned char>(y, x);
@@ -255,10 +251,8 @@ TEST(CharucoBoards, AreOpenCvs) {
 
 // All squares, however large.
 TEST(CharucoBoards, LoseNoRowInClosePictures) {
-  const auto theirs = cv::aruco::CharucoBoard::create(
-      7, 5, 1, 0.75F, cv::aruco::getPredefinedDictionary(cv::aruco::DICT_4X4_50));
-  cv::Mat drawing, smooth;
-  theirs->draw({7 * 96, 5 * 96}, drawing, 0);
+  cv::Mat drawing = charuco_of_opencv({7, 5, 1, 0.75F}, cv::aruco::DICT_4X4_50, 96).drawing;
+  cv::Mat smooth;
   cv::copyMakeBorder(drawing, drawing, 60, 60, 60, 60, cv::BORDER_CONSTANT, 255);
   cv::GaussianBlur(drawing, smooth, {}, 0.8);
   Image8 image({smooth.cols, smooth.rows});

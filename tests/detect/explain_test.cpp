@@ -17,7 +17,7 @@ Board grid_of(const std::string& family, int border_bits, double spacing = 0.3) 
   return make_board(AprilGrid{4, 3, 0.06, spacing, 0, family, border_bits, border_bits == 2});
 }
 
-Image8 picture_of(const Board& board) {
+Image8 picture_of(const Board& board, double distance_m = 0.5) {
   Scene scene;
   scene.camera = {pinhole(500, 500, 239.5, 179.5), {480, 360}};
   scene.boards = {{board, Pose()}};
@@ -25,7 +25,8 @@ Image8 picture_of(const Board& board) {
   const Eigen::Quaterniond facing(Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitX()));
   const Eigen::Quaterniond tilt(Eigen::AngleAxisd(0.3, Eigen::Vector3d(0.5, 1, 0).normalized()));
   const Eigen::Quaterniond rotation = tilt * facing;
-  const Pose pose(rotation, Eigen::Vector3d(0, 0, 0.5) - rotation * Eigen::Vector3d(0.15, 0.11, 0));
+  const Pose pose(rotation,
+                  Eigen::Vector3d(0, 0, distance_m) - rotation * Eigen::Vector3d(0.15, 0.11, 0));
   return expose(render_light(scene, tag_families(scene.boards), pose), scene.sensor, 3);
 }
 
@@ -213,6 +214,22 @@ TEST(Explain, WrongCharucoBoards) {
   ASSERT_EQ(e.mistakes.size(), 1u);
   EXPECT_TRUE(e.mistakes[0].ends_with("write legacy: true")) << e.mistakes[0];
   EXPECT_TRUE(explained(legacy, make_board(charuco(7, 6, true))).mistakes.empty());
+}
+
+// The ids of the rows that are there are right.
+TEST(WrongRows, AreNamedIfPicturesHaveRoomForThem) {
+  const Image8 tags = picture_of(grid_of("tag36h11", 1), 0.9);
+  const auto warnings = [](const Image8& image, const Board& board) {
+    return detected({image, image, image}, board).warnings;
+  };
+  for (const int more : {1, 2, 5}) {
+    const auto said =
+        warnings(tags, make_board(AprilGrid{4, 3 + more, 0.06, 0.3, 0, "tag36h11", 1, false}));
+    ASSERT_EQ(said.size(), 1U) << more;
+    EXPECT_NE(said[0].find("wrong rows: no picture shows more than 3 of the"), std::string::npos);
+    EXPECT_TRUE(said[0].ends_with("write tagRows: 3")) << said[0];
+  }
+  EXPECT_TRUE(warnings(tags, grid_of("tag36h11", 1)).empty());
 }
 
 Board checkerboard(int columns, int rows) {

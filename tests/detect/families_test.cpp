@@ -8,10 +8,10 @@
 #include <cstdlib>
 #include <functional>
 #include <numeric>
-#include <opencv2/aruco.hpp>
 #include <set>
 #include <tuple>
 
+#include "markers_of_opencv.hpp"
 #include "tagcal/detect/apriltag/apriltag_handles.hpp"
 #include "tagcal/detect/detector.hpp"
 #include "tagcal/error.hpp"
@@ -70,14 +70,13 @@ TEST(Families, DictionariesAreOpenCvsPictures) {
   ASSERT_EQ(tag_dictionary_names().size(), 21u);
   for (int i = 0; i < 21; ++i) {
     const std::string name = tag_dictionary_names()[static_cast<std::size_t>(i)];
-    const auto dictionary = cv::aruco::getPredefinedDictionary(i);
+    const cv::aruco::Dictionary dictionary(cv::aruco::getPredefinedDictionary(i));
     const TagFamily family = tag_family(name, 1);
-    const int width = dictionary->markerSize + 2;
+    const int width = dictionary.markerSize + 2;
     ASSERT_EQ(family.width_at_border, width) << name;
-    ASSERT_EQ(family.codes.size(), static_cast<std::size_t>(dictionary->bytesList.rows)) << name;
+    ASSERT_EQ(family.codes.size(), static_cast<std::size_t>(dictionary.bytesList.rows)) << name;
     for (const std::size_t id : {std::size_t{0}, std::size_t{7}, family.codes.size() - 1}) {
-      cv::Mat theirs;
-      cv::aruco::drawMarker(dictionary, static_cast<int>(id), width, theirs);
+      const cv::Mat theirs = marker_of_opencv(i, static_cast<int>(id), width);
       const std::vector<std::uint8_t> ours = drawn(family, id);
       for (int y = 0; y < width; ++y)
         for (int x = 0; x < width; ++x)

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -390,6 +391,37 @@ TEST(EstimatePose, PointsNearALineAreJudgedAlikeInAMirror) {
   }
   EXPECT_GT(refused, 50);
   EXPECT_GT(answered, 50);
+}
+
+// Points in the room, with left-handed coordinates in the file.
+TEST(EstimatePose, PointsThatFitInTheirMirrorImageOnlyAreSaid) {
+  Random random(4);
+  std::vector<Vector3d> points;
+  for (int id = 0; id < 40; ++id)
+    points.emplace_back(random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3),
+                        random.uniform(-0.2, 0.2));
+  const auto is_said = [](const auto& estimate) {
+    return estimate.status == Status::no_consensus &&
+           std::ranges::any_of(estimate.findings, [](const Finding& finding) {
+             return finding.sentence.find("only in their mirror image") != std::string::npos;
+           });
+  };
+  for (int i = 0; i < 20; ++i) {
+    const Pose pose = looking_at_board(Vector3d::Zero(), random.uniform(0, 0.8), 1.2, random);
+    ViewCorrespondences view;
+    view.correspondences = seen(points, pose, 0.2, random);
+    for (int id = 0; id < static_cast<int>(view.correspondences.size()); ++id)
+      view.ids.push_back({id, 0});
+    view.groups.resize(view.ids.size());
+    std::iota(view.groups.begin(), view.groups.end(), 0);
+    EXPECT_EQ(estimate_pose(view, kCamera).status, Status::ok);
+    for (Correspondence& c : view.correspondences) c.point.z() *= -1;
+    EXPECT_TRUE(is_said(estimate_pose(view, kCamera))) << i;
+    EXPECT_TRUE(is_said(estimate_pose_and_focal(view, kCamera.image_size))) << i;
+    for (Correspondence& c : view.correspondences)
+      c.point = Vector3d(random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3), 0);
+    EXPECT_FALSE(is_said(estimate_pose(view, kCamera))) << i;
+  }
 }
 
 TEST(EstimatePose, APoseWithoutAnAnswerIsAnErrorThatSaysSo) {

@@ -157,6 +157,9 @@ TEST_F(DatasetFile, TruthReadsBackToTheLastBit) {
     for (const auto& [image, pose] : truth.camera_from_world) {
       EXPECT_TRUE(same(back.camera_from_world.at(image), pose)) << image;
     }
+    truth.model.clear();  // stands for the smallest one
+    write_truth(folder_ / "t.yaml", truth);
+    EXPECT_EQ(read_truth(folder_ / "t.yaml").model, model);
   }
 }
 

@@ -56,11 +56,15 @@ def test_centres_of_circles_are_opencvs_from_below() -> None:
 def test_charuco_is_opencvs() -> None:
     aruco = pytest.importorskip("cv2").aruco
     board = Board.charuco(6, 5, 0.04, 0.03, "DICT_5X5_100")
-    theirs = aruco.CharucoBoard_create(
-        6, 5, 0.04, 0.03, aruco.getPredefinedDictionary(aruco.DICT_5X5_100)
-    )
-    assert len(board) == len(theirs.chessboardCorners) == 20
-    assert board.tag_ids == theirs.ids.ravel().tolist()
+    codes = aruco.getPredefinedDictionary(aruco.DICT_5X5_100)
+    if hasattr(aruco, "CharucoBoard_create"):  # before OpenCV 4.7
+        theirs = aruco.CharucoBoard_create(6, 5, 0.04, 0.03, codes)
+        corners, ids = theirs.chessboardCorners, theirs.ids
+    else:
+        theirs = aruco.CharucoBoard((6, 5), 0.04, 0.03, codes)
+        corners, ids = theirs.getChessboardCorners(), theirs.getIds()
+    assert len(board) == len(corners) == 20
+    assert board.tag_ids == ids.ravel().tolist()
     assert board.extent_m == pytest.approx([0.16, 0.12, 0])
 
 

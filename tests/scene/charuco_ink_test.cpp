@@ -1,10 +1,9 @@
 #include <gtest/gtest.h>
 
-#include <opencv2/aruco/charuco.hpp>
-
 #include <algorithm>
 #include <array>
 
+#include "markers_of_opencv.hpp"
 #include "tagcal/detect/families.hpp"
 #include "tagcal/scene/surfaces.hpp"
 
@@ -51,12 +50,10 @@ Vector2d on_board(const Layout& layout, int x, int y) {
 TEST(CharucoInk, IsTheBoardThatOpenCvDraws) {
   for (const Layout& layout : kLayouts) {
     const float square = static_cast<float>(layout.marker_cells) + 3;
-    const auto theirs = cv::aruco::CharucoBoard::create(
-        layout.columns, layout.rows, square, static_cast<float>(layout.marker_cells),
-        cv::aruco::getPredefinedDictionary(layout.dictionary));
-    cv::Mat picture;
-    const int pixels = 20 * (layout.marker_cells + 3);
-    theirs->draw({layout.columns * pixels, layout.rows * pixels}, picture, 0, 1);
+    const BoardOfOpenCv theirs = charuco_of_opencv(
+        {layout.columns, layout.rows, square, static_cast<float>(layout.marker_cells)},
+        layout.dictionary, 20 * (layout.marker_cells + 3));
+    const cv::Mat& picture = theirs.drawing;
     const Board board = board_of(layout, false);
     const auto ink = ink_cells(board, tag_family(layout.name, 1));
     int num_black = 0;
@@ -74,18 +71,18 @@ TEST(CharucoInk, IsTheBoardThatOpenCvDraws) {
     for (const TargetPoint& point : target_points(board)) {
       const int i = point.id.tag_id;
       const int id = (layout.rows - 2 - i / columns) * columns + i % columns;
-      const cv::Point3f& corner = theirs->chessboardCorners[static_cast<std::size_t>(id)];
+      const cv::Point3f& corner = theirs.corners[static_cast<std::size_t>(id)];
       EXPECT_NEAR(corner.x, point.position.x() + square, 1e-5);
       EXPECT_NEAR(corner.y, static_cast<float>(layout.rows - 1) * square - point.position.y(),
                   1e-5);
     }
     const std::vector<Tag> markers = tags_of(board);
-    ASSERT_EQ(markers.size(), theirs->ids.size());
+    ASSERT_EQ(markers.size(), theirs.ids.size());
     for (std::size_t i = 0; i < markers.size(); ++i) {
-      EXPECT_EQ(markers[i].id, theirs->ids[i]);
+      EXPECT_EQ(markers[i].id, theirs.ids[i]);
       const auto upper_left = tag_corners(markers[i])[3];
-      EXPECT_NEAR(theirs->objPoints[i][0].x, upper_left.x() + square, 1e-5);
-      EXPECT_NEAR(theirs->objPoints[i][0].y,
+      EXPECT_NEAR(theirs.markers[i][0].x, upper_left.x() + square, 1e-5);
+      EXPECT_NEAR(theirs.markers[i][0].y,
                   static_cast<float>(layout.rows - 1) * square - upper_left.y(), 1e-5);
     }
   }

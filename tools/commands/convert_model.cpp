@@ -104,8 +104,6 @@ void check_usage(const ModelArguments& arguments) {
     if (!arguments.picture.empty()) throw Error("--picture: needs --model");
     return;
   }
-  if (!naming_options([&] { return &Model::named(arguments.model).kind(); })->is_central)
-    throw Error("--model: weak has parallel rays, as no other lens has");
   if (arguments.picture.empty()) return;
   const auto extension = std::filesystem::path(arguments.picture).extension();
   if (extension != ".svg" && extension != ".png")

@@ -134,11 +134,10 @@ Command add_detect(CLI::App& app) {
   const auto arguments = std::make_shared<Arguments>();
   add_input(*command, arguments->input);
   add_no_cache(*command, arguments->input.no_cache);
-  add_option(
-      *command, "--family", arguments->input.family,
+  add_family(
+      *command, arguments->input.family,
       "all tags of this family in pictures, without a target; ids may repeat, and the column "
-      "`instance` counts them")
-      .text("NAME");
+      "`instance` counts them");
   add_integer(
       *command, "--border-bits", arguments->border_bits, 1,
       "width of these tags' black border in cells: 1 (the default), or 2 as on Kalibr's boards")

@@ -291,9 +291,8 @@ Command add_pose(CLI::App& app) {
   const auto arguments = std::make_shared<Arguments>();
   add_input(*command, arguments->input);
   add_observations(*command, arguments->input);
-  add_option(*command, "--family", arguments->input.family,
-             "each tag of this family has its own pose, without a target; needs --tag-size")
-      .text("NAME");
+  add_family(*command, arguments->input.family,
+             "each tag of this family has its own pose, without a target; needs --tag-size");
   add_integer(
       *command, "--border-bits", arguments->border_bits, 1,
       "width of these tags' black border in cells: 1 (the default), or 2 as on Kalibr's boards")

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "tagcal/camera/model.hpp"
+#include "tagcal/detect/families.hpp"
 #include "tagcal/io/text/length_text.hpp"
 
 namespace tagcal::tools {
@@ -234,6 +235,12 @@ std::vector<std::string> model_names() {
   for (const Model& model : Model::all())
     if (model.kind().is_central) names.emplace_back(model.name());
   return names;
+}
+
+Option add_family(CLI::App& command, std::string& family, const std::string& description) {
+  std::vector<std::string> names = tag_family_names();
+  for (std::string& name : tag_dictionary_names()) names.push_back(std::move(name));
+  return add_option(command, "--family", family, description).suggests(names).text("NAME");
 }
 
 Option add_threads(CLI::App& command, int& threads) {

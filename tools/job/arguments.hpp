@@ -73,6 +73,9 @@ std::vector<std::string> model_names();
 // "fit, edges or stock"
 std::string alternatives(const std::vector<std::string>& words);
 
+// --family, a family of tags or a dictionary.
+Option add_family(CLI::App& command, std::string& family, const std::string& description);
+
 // --threads; 0: one per core.
 Option add_threads(CLI::App& command, int& threads);
 

@@ -100,9 +100,11 @@ Input read_folder(const InputArguments& arguments) {
     throw Error(
         fmt::format("{}: must be a folder with dataset.yaml, got a file{}", folder, advice));
   }
-  if (!fs::exists(fs::path(folder) / "dataset.yaml") && fs::is_directory(folder) &&
-      !list_pictures(folder).empty()) {
-    throw Error(fmt::format("{}: has pictures, but no dataset.yaml{}", folder, advice));
+  if (!fs::exists(fs::path(folder) / "dataset.yaml") && fs::is_directory(folder)) {
+    if (!list_pictures(folder).empty())
+      throw Error(fmt::format("{}: has pictures, but no dataset.yaml{}", folder, advice));
+    const std::vector<fs::path> unread = files_not_read(folder);
+    if (!unread.empty()) read_image_size(unread.front());  // says what to do
   }
   Exclusion exclusion(arguments.excluded);
   DatasetFolder read =

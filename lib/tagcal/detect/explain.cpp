@@ -13,6 +13,7 @@
 #include "tagcal/detect/checker_search/checker_finder.hpp"
 #include "tagcal/detect/circle_search/circle_finder.hpp"
 #include "tagcal/detect/mistakes/grid_size.hpp"
+#include "tagcal/detect/mistakes/missing_rows.hpp"
 #include "tagcal/detect/mistakes/tag_kinds.hpp"
 #include "tagcal/detect/mistakes/tag_layout.hpp"
 #include "tagcal/detect/policy/policy.hpp"
@@ -240,6 +241,15 @@ std::vector<TargetMistake> common_mistakes(const std::vector<std::vector<TargetM
   return common;
 }
 
+std::vector<TargetMistake> missing_rows(const std::vector<DetectedPicture>& found,
+                                        const std::vector<PlacedBoard>& boards) {
+  std::vector<TargetMistake> mistakes;
+  for (const PlacedBoard& placed : boards)
+    if (auto mistake = internal::missing_rows(found, placed.board))
+      mistakes.push_back(*std::move(mistake));
+  return mistakes;
+}
+
 }  // namespace
 
 Explanation explain(const ImageView8& image, const std::vector<PlacedBoard>& boards) {
@@ -253,7 +263,7 @@ std::vector<TargetMistake> target_mistakes(const std::vector<ImageSource>& image
   std::vector<std::size_t> suspicious;
   for (std::size_t i = 0; i < found.size(); ++i)
     if (is_suspicious(found[i], boards)) suspicious.push_back(i);
-  if (2 * suspicious.size() <= found.size()) return {};
+  if (2 * suspicious.size() <= found.size()) return missing_rows(found, boards);
   const std::vector<std::size_t> probes = evenly_spread(suspicious, kProbes);
   std::vector<std::vector<TargetMistake>> shown(probes.size());
   parallel_for(probes.size(), options.threads, [&](std::size_t i) {
@@ -263,7 +273,8 @@ std::vector<TargetMistake> target_mistakes(const std::vector<ImageSource>& image
     explainer.run();
     shown[i] = explainer.mistakes();
   });
-  return common_mistakes(shown);
+  std::vector<TargetMistake> common = common_mistakes(shown);
+  return common.empty() ? missing_rows(found, boards) : common;
 }
 
 std::vector<std::string> board_warnings(const std::vector<PlacedBoard>& boards,

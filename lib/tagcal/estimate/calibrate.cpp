@@ -13,6 +13,7 @@
 #include "tagcal/estimate/checks/report.hpp"
 #include "tagcal/estimate/findings.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
+#include "tagcal/estimate/pose/view_checks.hpp"
 #include "tagcal/internal/stopwatch.hpp"
 #include "tagcal/internal/text.hpp"
 
@@ -123,16 +124,13 @@ Calibration calibrate_dataset(const Dataset& dataset, const CalibrateOptions& op
   return result;
 }
 
-// Says so if measured points fit in their mirror image only: then their axes are left-handed, or a
-// coordinate has the wrong sign.
+// Says so if measured points fit in their mirror image only.
 void test_mirror_image(const Dataset& dataset, const CalibrateOptions& options,
                        Calibration& result) {
   if (result.status != Status::no_consensus) return;
   const std::optional<Dataset> mirrored = with_mirrored_points(dataset);
   if (!mirrored || !is_answer(calibrate_dataset(*mirrored, options).status)) return;
-  std::ranges::find(result.findings, Severity::refusal, &Finding::severity)->sentence =
-      "the points of the target fit only in their mirror image: change the sign of one coordinate "
-      "of all points, so that x, y and z are right-handed";
+  say_mirror_image_fits(result.findings);
 }
 
 }  // namespace

@@ -185,15 +185,22 @@ Matrix6 camera_by_step(const Pose& camera_from_target, const RollPitchYaw& angle
   return by_step;
 }
 
-// Warns of corners that no picture of this size shows.
-void add_impossible(const ViewCorrespondences& seen, const ImageSize& size,
-                    std::vector<Finding>& findings) {
-  if (is_mirrored(seen.ids, seen.correspondences))
-    add(findings, code::view_mirrored,
+// The estimate of `fit`, with warnings of corners that no picture of this size shows and of points
+// that fit in their mirror image only.
+auto with_view_checks(const ViewCorrespondences& seen, const ImageSize& size, const auto& fit) {
+  auto estimate = fit(seen.correspondences);
+  if (is_mirrored(seen.ids, seen.correspondences)) {
+    add(estimate.findings, code::view_mirrored,
         "the tags are mirrored, as no camera sees them: the picture or its corners were mirrored");
+  } else if (estimate.status == Status::no_consensus) {
+    std::vector<Correspondence> mirrored = seen.correspondences;
+    for (Correspondence& c : mirrored) c.point.x() *= -1;
+    if (is_answer(fit(mirrored).status)) say_mirror_image_fits(estimate.findings);
+  }
   if (auto warning =
           corners_outside(num_outside(seen.correspondences, size), seen.ids.size(), size))
-    findings.push_back(*std::move(warning));
+    estimate.findings.push_back(*std::move(warning));
+  return estimate;
 }
 
 }  // namespace
@@ -251,18 +258,17 @@ PoseAndFocalEstimate estimate_pose_and_focal(std::span<const Correspondence> cor
 
 PoseEstimate estimate_pose(const ViewCorrespondences& seen, const Camera& camera,
                            const PoseOptions& options) {
-  PoseEstimate estimate = estimate_pose(seen.correspondences, camera, seen.with_these(options));
-  add_impossible(seen, camera.image_size, estimate.findings);
-  return estimate;
+  return with_view_checks(seen, camera.image_size, [&](const auto& correspondences) {
+    return estimate_pose(correspondences, camera, seen.with_these(options));
+  });
 }
 
 PoseAndFocalEstimate estimate_pose_and_focal(const ViewCorrespondences& seen,
                                              const ImageSize& image_size,
                                              const PoseAndFocalOptions& options) {
-  PoseAndFocalEstimate estimate =
-      estimate_pose_and_focal(seen.correspondences, image_size, seen.with_these(options));
-  add_impossible(seen, image_size, estimate.findings);
-  return estimate;
+  return with_view_checks(seen, image_size, [&](const auto& correspondences) {
+    return estimate_pose_and_focal(correspondences, image_size, seen.with_these(options));
+  });
 }
 
 CameraInTarget camera_in_target(const PoseHypothesis& hypothesis) {

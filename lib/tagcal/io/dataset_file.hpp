@@ -41,7 +41,11 @@ std::vector<View> read_observations(const std::filesystem::path& file,
                                     std::vector<std::string>* notes = nullptr);
 std::string observations_csv(const std::vector<View>& views);
 
-// truth.yaml: the camera (as in a calibration file) and `poses: [{image, camera_from_world}]`.
+// The smallest model that contains the camera, or kParallelModel.
+std::string smallest_model(const Camera& camera);
+
+// truth.yaml: the camera (as in a calibration file) and `poses: [{image, camera_from_world}]`. An
+// empty model stands for the smallest one.
 Truth read_truth(const std::filesystem::path& file);
 void write_truth(const std::filesystem::path& file, const Truth& truth);
 

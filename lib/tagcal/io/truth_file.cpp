@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "tagcal/camera/model.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/dataset_file.hpp"
 #include "tagcal/io/text/limits.hpp"
@@ -61,15 +62,16 @@ TruthCamera read_truth_camera(const YamlValue& camera) {
 }
 
 std::string camera_yaml(const Truth& truth) {
-  const std::string head = fmt::format(
-      "camera:\n  image_width: {}\n  image_height: {}\n  model: {}\n",
-      truth.camera.image_size.width, truth.camera.image_size.height, text_yaml(truth.model));
+  const std::string model = truth.model.empty() ? smallest_model(truth.camera) : truth.model;
+  const std::string head =
+      fmt::format("camera:\n  image_width: {}\n  image_height: {}\n  model: {}\n",
+                  truth.camera.image_size.width, truth.camera.image_size.height, text_yaml(model));
   if (const auto* parallel = std::get_if<Parallel>(&truth.camera.lens))
     return head + parallel_yaml(*parallel);
   const std::span<const double> values = parameters(truth.camera.lens);
   return head + fmt::format("  fx: {}\n  fy: {}\n  cx: {}\n  cy: {}\n  distortion: {}\n", values[0],
                             values[1], values[2], values[3],
-                            list_yaml(distortion_of(truth.camera.lens, truth.model)));
+                            list_yaml(distortion_of(truth.camera.lens, model)));
 }
 
 // A rigid transform as a pose, another one as a 4x4 matrix by rows.
@@ -138,6 +140,14 @@ std::size_t num_transforms_of(const Truth& truth, const std::string& image) {
 }
 
 }  // namespace
+
+std::string smallest_model(const Camera& camera) {
+  if (!kind_of(camera.lens).is_central) return kParallelModel;
+  // One has all parameters of the lens.
+  return std::string(std::ranges::find_if(Model::all(), [&](const Model& model) {
+                       return model.contains(camera);
+                     })->name());
+}
 
 Truth read_truth(const std::filesystem::path& file) {
   const YamlValue top = YamlValue::read(file);

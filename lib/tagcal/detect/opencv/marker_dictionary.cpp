@@ -2,15 +2,19 @@
 
 #include <algorithm>
 #include <array>
+#if __has_include(<opencv2/objdetect/aruco_dictionary.hpp>)
+#include <opencv2/objdetect/aruco_dictionary.hpp>
+#else  // before OpenCV 4.7
 #include <opencv2/aruco/dictionary.hpp>
+#endif
 
 namespace tagcal::internal {
 namespace {
 
 struct Predefined {
   std::string_view name;
-  cv::aruco::PREDEFINED_DICTIONARY_NAME id;
-  int min_distance;  // numeric: as opencv2/aruco/dictionary.hpp states it
+  int id;
+  int min_distance;  // numeric: as OpenCV's header states it
 };
 
 using namespace cv::aruco;
@@ -52,11 +56,10 @@ std::vector<std::string> marker_dictionary_names() {
 std::optional<MarkerDictionary> marker_dictionary(std::string_view name) {
   const auto* const found = std::ranges::find(kPredefined, name, &Predefined::name);
   if (found == kPredefined.end()) return std::nullopt;
-  const cv::Ptr<Dictionary> theirs = getPredefinedDictionary(found->id);
-  MarkerDictionary dictionary{theirs->markerSize, found->min_distance, {}};
-  for (int id = 0; id < theirs->bytesList.rows; ++id) {
-    const cv::Mat bits =
-        Dictionary::getBitsFromByteList(theirs->bytesList.row(id), dictionary.side);
+  const Dictionary theirs(getPredefinedDictionary(found->id));
+  MarkerDictionary dictionary{theirs.markerSize, found->min_distance, {}};
+  for (int id = 0; id < theirs.bytesList.rows; ++id) {
+    const cv::Mat bits = Dictionary::getBitsFromByteList(theirs.bytesList.row(id), dictionary.side);
     std::uint64_t code = 0;
     for (int y = 0; y < dictionary.side; ++y)
       for (int x = 0; x < dictionary.side; ++x)

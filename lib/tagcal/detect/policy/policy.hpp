@@ -253,6 +253,11 @@ inline constexpr double kMarkerShareTolerance = 0.04;
 // A picture is looked at for mistakes in the target file if it shows a smaller share of a board's
 // points. Source: none; chosen by hand. More cost time only.
 inline constexpr double kSuspiciousShare = 0.9;
+// Share of a board's points before a row that a picture must show, and of the row that must be
+// inside of it, to have room for this row; and number of pictures with room but without the row that
+// show a board of fewer rows. Source: none; chosen by hand: it is said with an "if".
+inline constexpr double kShownShare = 0.5;
+inline constexpr std::ptrdiff_t kPicturesWithRoom = 3;
 
 // ---- Finding checkerboards
 

@@ -54,4 +54,10 @@ std::optional<Finding> corners_outside(std::size_t num_outside, std::size_t num_
                              num_outside, num_corners, size.width, size.height));
 }
 
+void say_mirror_image_fits(std::vector<Finding>& findings) {
+  std::ranges::find(findings, Severity::refusal, &Finding::severity)->sentence =
+      "the points of the target fit only in their mirror image: change the sign of one coordinate "
+      "of all points, so that x, y and z are right-handed";
+}
+
 }  // namespace tagcal::internal

@@ -21,4 +21,8 @@ std::size_t num_outside(std::span<const Correspondence> correspondences, const I
 std::optional<Finding> corners_outside(std::size_t num_outside, std::size_t num_corners,
                                        const ImageSize& size);
 
+// Gives the refusal the sentence for points that fit in their mirror image only: their axes are
+// left-handed, or a coordinate has the wrong sign.
+void say_mirror_image_fits(std::vector<Finding>& findings);
+
 }  // namespace tagcal::internal

@@ -33,15 +33,17 @@ std::string place(const YamlValue& value, std::string_view key) {
                      key);
 }
 
-std::span<const double> perspective_numbers(const FileCamera& camera, std::string_view format) {
+std::span<const double> perspective_numbers(const FileCamera& camera, std::string_view format,
+                                            std::string_view other_model) {
   const Lens& lens = camera.calibration.camera.lens;
   if (const auto* perspective = std::get_if<Perspective>(&lens)) return perspective->parameters();
   const LensKind& kind = kind_of(lens);
+  std::string advice;
+  if (kind.is_central)
+    advice = fmt::format(": --model {} fits one that it has{}", other_model,
+                         other_model == "fisheye4" ? "" : ", unless the view is wide");
   throw Error(fmt::format("{} has no {} lens{}", format,
-                          is_fisheye(camera) ? "fisheye (Kannala-Brandt)" : kind.name,
-                          is_fisheye(camera) ? ": --model opencv8 fits one that it has"
-                          : kind.is_central  ? ": --model fisheye4 or opencv8 fits another"
-                                             : ""));
+                          is_fisheye(camera) ? "fisheye (Kannala-Brandt)" : kind.name, advice));
 }
 
 bool is_fisheye(const FileCamera& camera) {
@@ -51,9 +53,11 @@ bool is_fisheye(const FileCamera& camera) {
 void need_zero_from(std::size_t first, std::span<const double> parameters, std::string_view lens) {
   for (std::size_t i = first; i < parameters.size(); ++i) {
     if (parameters[i] == 0) continue;
-    throw Error(fmt::format("{} has no {}, which is {} here: --model {} fits a lens without it",
-                            lens, Perspective::kParameters[i].name, number_text(parameters[i]),
-                            first <= 8 ? "opencv4" : "opencv5"));
+    throw Error(fmt::format(
+        "{} has no {}, which is {} here: calibrate with --model {}, or convert with it if it comes "
+        "near enough",
+        lens, Perspective::kParameters[i].name, number_text(parameters[i]),
+        first <= 8 ? "opencv4" : "opencv5"));
   }
 }
 

@@ -36,8 +36,10 @@ struct FormatOutput {
   std::vector<std::string> notes;
 };
 
-// The 12 parameters of a Perspective lens. Throws Error with the format's name for other lenses.
-std::span<const double> perspective_numbers(const FileCamera& camera, std::string_view format);
+// The 12 parameters of a Perspective lens. Throws Error with the format's name for other lenses,
+// and a model of its own that may fit them.
+std::span<const double> perspective_numbers(const FileCamera& camera, std::string_view format,
+                                            std::string_view other_model = "fisheye4");
 bool is_fisheye(const FileCamera& camera);
 
 // Throws Error if a coefficient from index `first` on is not 0, because the format has no place for

@@ -136,7 +136,7 @@ CameraFile read_mrcal(const std::string& text, const std::string& name) {
 
 FormatOutput write_mrcal(const CameraFile& file) {
   const FileCamera& camera = only_camera(file, "mrcal");
-  const std::span<const double> p = perspective_numbers(camera, "mrcal");
+  const std::span<const double> p = perspective_numbers(camera, "mrcal", "opencv8");
   const auto zero_from = [&](std::size_t first) {
     return std::all_of(p.begin() + static_cast<std::ptrdiff_t>(first), p.end(),
                        [](double k) { return k == 0; });
