@@ -1,5 +1,5 @@
 # The library from this clone, without the command. Not tried.
-set(SOURCE_PATH ${CMAKE_CURRENT_LIST_DIR}/../..)
+set(SOURCE_PATH ${CMAKE_CURRENT_LIST_DIR}/../../..)
 # tagcal includes stb/stb_image.h, as Debian has it.
 file(COPY ${CURRENT_INSTALLED_DIR}/include/stb_image.h DESTINATION ${CURRENT_BUILDTREES_DIR}/stb_folder/stb)
 vcpkg_cmake_configure(
