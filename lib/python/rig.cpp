@@ -138,8 +138,9 @@ void bind_cameras(py::module_& m) {
   camera.field("num_corners", &RigCameraEstimate::num_corners, "That take part.");
   camera.field("rms_px", &RigCameraEstimate::rms_px, "sqrt(sum |r|^2 / corners).");
   camera.field("excess", &RigCameraEstimate::excess,
-               "By how much the rig moves the corners beyond what the camera's own poses leave, "
-               "over their noise. Below 1 the camera agrees with the others.");
+               "By how much the rig moves the corners from where the camera's own poses have them, "
+               "beyond what noise does, over their noise. Below 0.5 the camera agrees with the "
+               "others.");
   camera.representation([](const RigCameraEstimate& c) {
     return "\"" + c.name + "\" " + std::to_string(c.num_views) + " views, rms " +
            number(c.rms_px, 3) + " px" + (c.is_connected ? "" : ", not connected");

@@ -51,8 +51,8 @@ struct RigCameraEstimate {
   int num_views = 0;                     // that take part
   int num_corners = 0;
   double rms_px = 0;  // sqrt(sum |r|^2 / corners)
-  // By how much the rig moves the corners beyond what the camera's own poses leave, over the noise
-  // of a coordinate (RMS). Below 1 the rig agrees with the camera.
+  // By how much the rig moves the corners from where the camera's own poses have them, beyond what
+  // noise does, over the noise of a coordinate (RMS). Below 0.5 the rig agrees with the camera.
   double excess = 0;
 };
 

@@ -34,7 +34,9 @@ std::string offset_text(const RigDataset& rig, const ClockOffset& clock) {
 std::string strain_of(const RigCameraEstimate& camera) {
   return fmt::format(
       "the rig moves the corners of {} by {:.2g} times their noise: its pictures were "
-      "taken at other times than those of the others, or the cameras are not rigid",
+      "taken at other times than those of the others, the cameras are not rigid, or a lens that "
+      "was "
+      "given is not its own",
       camera.name, camera.excess);
 }
 
@@ -117,7 +119,7 @@ void report_contradictions(const RigDataset& rig, const RigState& state,
                       rejected, rejected + camera.num_views, camera.name));
     else if (camera.excess > policy::kOutlierSigmas)
       add(answer.findings, code::pair_contradicts, strain_of(camera));
-    else if (camera.excess > 1)
+    else if (camera.excess > policy::kStrained)
       add(answer.findings, code::instants_strained,
           strain_of(camera) + "; the standard deviations include this");
   }

@@ -161,7 +161,8 @@ std::vector<ViewExcess> excesses(const RigState& state) {
       const auto& t = state.instant[c][v];
       if (!t || count[*t] < 2) continue;
       const double more = cost_of_view(state, c, v) - state.own[c][v].cost;
-      all.push_back({c, v, std::max(0.0, more),
+      const double of_noise = freedom_of(static_cast<std::size_t>(count[*t])) / (1.0 * count[*t]);
+      all.push_back({c, v, std::max(0.0, more), of_noise,
                      static_cast<int>(state.cameras[c].views[v].correspondences.size())});
     }
   return all;
@@ -172,10 +173,10 @@ double excess_of_camera(const std::vector<ViewExcess>& all, std::size_t camera) 
   int count = 0;
   for (const ViewExcess& view : all) {
     if (view.camera != camera) continue;
-    square += view.square;
+    square += view.square - view.of_noise;
     count += 2 * view.num_corners;
   }
-  return count > 0 ? std::sqrt(square / count) : 0;
+  return square > 0 ? std::sqrt(square / count) : 0;
 }
 
 double strain_of_rig(const RigState& state, Eigen::Index num_extrinsics) {

@@ -25,13 +25,14 @@ std::vector<ClockOffset> correct_clocks(RigState& state, RigStart& start, const 
 struct ViewExcess {
   std::size_t camera = 0, view = 0;
   double square = 0;
+  double of_noise = 0;  // what the noise of the poses makes of it, on average
   int num_corners = 0;
 };
 
 // Those of the views whose instant has another view.
 std::vector<ViewExcess> excesses(const RigState& state);
 
-// The RMS of the excess of a camera's views over the noise of a coordinate.
+// The RMS of the excess of a camera's views beyond that of noise, over the noise of a coordinate.
 double excess_of_camera(const std::vector<ViewExcess>& all, std::size_t camera);
 
 // The cost of the rig over its degrees of freedom: 1 if the poses of the views contradict it by
