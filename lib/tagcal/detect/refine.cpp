@@ -49,7 +49,8 @@ TagFit fit_region(const ImageView<T>& image, const TagRegion& region, const TagC
 // Fits each corner of a large tag by itself, from pixels of its own.
 template <typename T>
 TagFit fit_parts(const ImageView<T>& image, const TagPattern& pattern, const TagCorners& start,
-                 const TagFitOptions& options, const BorderShift& shift) {
+                 TagFitOptions options, const BorderShift& shift) {
+  options.lens_follows = false;  // these fits are the last ones
   TagFit fit;
   fit.is_by_corner = true;
   fit.shift_px = shift.px;

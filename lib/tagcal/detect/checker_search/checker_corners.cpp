@@ -21,7 +21,7 @@ using Eigen::Vector3d;
 Vector2d on_board(const CheckerCell& cell) { return {cell.first, cell.second}; }
 
 constexpr double kNear = 3.0 / 2;  // squares: the corners beside one, and halfway to the next
-constexpr double kNearPx = 0.25;   // see TagFitOptions::is_near
+constexpr double kNearPx = 0.25;   // numeric: TagFitOptions::is_near
 
 bool is_near(const CheckerPlace& place, const CheckerCell& cell, double reach) {
   return (place.on_board - on_board(cell)).cwiseAbs().maxCoeff() <= reach;

@@ -47,7 +47,8 @@ bool has_room(const DetectedPicture& picture, const Places& places, const AprilG
     before += row_of(grid, id) < row;
     if (!pixels || row_of(grid, id) != row) continue;
     const Vector2d below = places.at({id.tag_id - grid.columns, id.corner});
-    const Eigen::Vector3d ray = *pixels * (1.5 * place - 0.5 * below).homogeneous();
+    const Vector2d beyond = place + (place - below) / 2;  // half a row farther
+    const Eigen::Vector3d ray = *pixels * beyond.homogeneous();
     ++of_row;
     inside += ray.z() > 0 && contains(picture.size, scale * ray.hnormalized() + middle);
   }
