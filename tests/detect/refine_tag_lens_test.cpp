@@ -57,7 +57,11 @@ TEST(RefineTagLens, TheNoiseOfALargeTagIsThatOfThePicture) {
   const TagFamily family = tag_family("tag36h11", 1);
   for (const double noise : {1.0, 4.0}) {
     const TagView view = tag_through_lens({200, 20, 0.8, noise}, kBarrel, random);
-    const TagFit fit = refine_tag(view.image, tag_pattern(family, view.id, 1), view.corners);
+    const TagPattern pattern = tag_pattern(family, view.id, 1);
+    const TagFit fit = refine_tag(view.image, pattern, view.corners);
+    // A large tag is fitted corner by corner at once, with all of its pixels, whatever follows.
+    EXPECT_EQ(refine_tag(view.image, pattern, view.corners, {.lens_follows = true}).covariance_px2,
+              fit.covariance_px2);
     ASSERT_EQ(fit.status, TagFitStatus::converged);
     EXPECT_TRUE(fit.is_by_corner);
     EXPECT_NEAR(fit.noise_levels, noise, 0.15 * noise);
