@@ -13,7 +13,7 @@
 namespace tagcal::study {
 namespace {
 
-constexpr double kGrossDegrees = 5;
+constexpr double kGrossDegrees = 5;  // of a rotation, beyond which an answer is a failure
 
 // The rotations of all cameras, or their distances from the first.
 struct RigTruth {

@@ -18,7 +18,7 @@ using Eigen::MatrixXd;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kRigSigmaPx = 0.2;
+constexpr double kRigSigmaPx = 0.2;  // of a coordinate: that of a good detector
 constexpr ImageSize kRigImage = {1280, 800};
 const Vector3d kBoardCentre(0.33, 0.33, 0);
 
@@ -77,7 +77,7 @@ std::vector<PlacedBoard> boards_of(const RigKind& kind, const Pose& second_from_
                                    const Pose& first_look, Random& random) {
   const Board first = make_board(AprilGrid{6, 6, 0.088, 0.3, 0});
   if (!kind.is_wheel) return {{first, Pose()}};
-  // Where the second camera looks at first.
+  // The second board stands where the second camera looks at first.
   return {{first, Pose()},
           {make_board(AprilGrid{6, 6, 0.088, 0.3, 100}),
            first_look.inverse() * second_from_first.inverse() *

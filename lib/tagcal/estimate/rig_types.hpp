@@ -105,7 +105,7 @@ struct RigInstant {
 // Two cameras that should see a board at the same time, and where.
 struct AdvisedPair {
   std::size_t a = 0, b = 0;
-  // Of the board from `a`; 0: anywhere in the pictures of both.
+  // The board's distance from `a`; 0: anywhere in the pictures of both.
   double distance_m = 0;
   // Standard deviation of the board's projection into `b` by that of the places of both cameras;
   // infinite: nothing connects them.
@@ -131,7 +131,7 @@ struct RigCalibration {
   double rms_px = 0;
   int num_corners = 0;
   int num_iterations = 0;
-  // What would improve the answer most, or connect the cameras. None if no two cameras can see one
+  // The pair that would improve the answer most, or connect the cameras. None if no two can see one
   // board, and for other statuses than ok, not_connected and extrinsic_not_observable.
   std::optional<AdvisedPair> next;
   std::vector<Finding> findings;  // of the rig; those of a camera are in its own calibration

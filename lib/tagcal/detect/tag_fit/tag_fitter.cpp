@@ -58,13 +58,15 @@ TagFitter::TagFitter(const TagRegion& region, const TagCorners& start, const Tag
 // bends and perspective, and hardly shifts.
 std::vector<FitStage> TagFitter::rough_stages() const {
   std::vector<FitStage> stages;
-  const bool is_near = options_.is_near, is_quick = options_.lens_follows;
-  for (int quarters = is_near ? 3 : 1; region_.corner && quarters <= (is_quick ? 2 : 3); ++quarters)
-    stages.push_back({.max_steps = is_near ? 1 : kMaxInWindow,
-                      .is_rough = true,
-                      .window_px = window_px(quarters),
-                      .is_affine = true});
-  if (region_.corner && (is_near || is_quick)) return stages;
+  if (region_.corner) {
+    const int last = is_quick() ? 2 : 3;
+    for (int quarters = options_.is_near ? last : 1; quarters <= last; ++quarters)
+      stages.push_back({.max_steps = options_.is_near ? 1 : kMaxInWindow,
+                        .is_rough = true,
+                        .window_px = window_px(quarters),
+                        .is_affine = true});
+    if (options_.is_near || is_quick()) return stages;
+  }
   // Few rows about one corner do not determine all parameters.
   const int row_step = std::clamp(patch_.height / kFewRows, 1, region_.corner ? 2 : kMaxRowStep);
   const int max_steps = region_.corner ? 1 : kMaxOnFewRows;
@@ -299,9 +301,8 @@ TagFit TagFitter::fit() {
   const auto is_like_window = [&] {
     return last_.variance < policy::kTagMaxVarianceGrowth * window_variance;
   };
-  const bool is_quick = region_.corner && options_.lens_follows;
   const FitStage last{.max_steps = options_.max_iterations,
-                      .window_px = is_quick ? window_px(2) : 0};
+                      .window_px = is_quick() ? window_px(2) : 0};
   TagFit fit = fit_by(last);
   // Pixels sample a border of half the usual spread too coarsely: two fifths of its spectrum,
   // exp(-(pi spread)^2 / 2), are left at half the sampling rate.
@@ -310,7 +311,7 @@ TagFit TagFitter::fit() {
     fit = fit_by(last);
   }
   // Far from the corner the picture shows something else: fits the largest window alone.
-  if (region_.corner && !is_quick && !is_like_window()) {
+  if (region_.corner && !is_quick() && !is_like_window()) {
     model_.set(parameters);
     fit = fit_by({.max_steps = options_.max_iterations, .window_px = window_px(3)});
     if (!is_like_window()) return {};

@@ -191,6 +191,8 @@ class TagFitter {
   std::optional<FitStep> step() const;
   bool widen_prior_of_bends();
   bool is_bent_beyond_whole() const;
+  // A fit of one corner whose result another fit completes.
+  bool is_quick() const { return region_.corner && options_.lens_follows; }
   bool frees_bends() const { return has_bends_ && !stage_.is_affine; }
 
   // The homography maps the tag to straightened places: pixels without the known lens.

@@ -98,7 +98,7 @@ void TagFitter::add_flat_light(bool white) {
   const double share = white;
   const double level = model_.parameters()[kBlack] + share * model_.parameters()[kGain];
   const Eigen::DiagonalMatrix<double, 5> levels(1, 1, level, level, level);
-  // Of x, y, xx, xy, yy with each other, and with black, gain, its slopes, and the residual.
+  // Products of x, y, xx, xy, yy with each other, and with black, gain, its slopes, the residual.
   const auto own = pixels.products.bottomRightCorner<5, 5>();
   const auto by_1_x_y = pixels.products.bottomLeftCorner<5, 3>();
   Eigen::Matrix<double, 5, 5> by_column;

@@ -102,7 +102,7 @@ struct alignas(64) TagBlock {
   TagBlock() {}  // leaves the pixels open: zeros would cost time
 };
 
-// Of the pixels of a block, at some parameters.
+// The derivatives of a block's pixels at some parameters.
 struct alignas(64) TagDerivatives {
   float columns[kTagColumns + kTagLightColumns][kTagBlock];
   int size;  // of the block
