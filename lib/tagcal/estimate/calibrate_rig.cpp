@@ -11,6 +11,7 @@
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose.hpp"
 #include "tagcal/estimate/rig/rig_advice.hpp"
+#include "tagcal/estimate/rig/rig_clocks.hpp"
 #include "tagcal/estimate/rig/rig_findings.hpp"
 #include "tagcal/estimate/rig/rig_report.hpp"
 #include "tagcal/internal/spread_indices.hpp"
@@ -280,8 +281,7 @@ void set_cameras(const RigState& state, const SolvedRig& solved, RigCalibration&
   }
 }
 
-// Places the cameras, and tests their clocks and places: under the lenses that a first bundle
-// finds, because a camera's own one may be known badly.
+// Places the cameras, and tests their clocks and places.
 RigStart place_cameras(const RigDataset& rig, const RigOptions& options, RigState& state,
                        RigCalibration& answer) {
   RigStart start = start_rig(state, half_turn_of(rig.cameras.front().data.boards));
@@ -289,20 +289,18 @@ RigStart place_cameras(const RigDataset& rig, const RigOptions& options, RigStat
   report_groups(rig, state, answer);
   set_unconnected_alone(state, start);
   report_turned(start, answer);
-  report_shifts(rig, start, answer);
-  if (options.find_clocks) correct_clocks(state, start, rig);
-  RigState first = state;
-  solve_robustly(first, options.calibrate.front());
-  update_own_poses(first);
-  state.cameras = std::move(first.cameras);
-  state.own = std::move(first.own);
-  state.poses.camera_from_rig = std::move(first.poses.camera_from_rig);
-  state.poses.world_from_board = std::move(first.poses.world_from_board);
-  std::copy_n(first.poses.rig_from_world.begin(), state.poses.rig_from_world.size(),
-              state.poses.rig_from_world.begin());
-  answer.clocks =
-      options.find_clocks ? correct_clocks(state, start, rig) : clocks_off(state, start);
+  if (options.find_clocks) {
+    take_stamps(rig, state);
+    for (const ClockFit& fit : correct_clocks_and_lenses(options, state, start))
+      answer.clocks.push_back(fit.clock);
+  } else {
+    // A camera's own lens may be known badly: where it shows nothing, that of the bundle is asked.
+    answer.clocks = find_clocks_off(options, state, start);
+    take_first_bundle(state, options);
+    if (answer.clocks.empty()) answer.clocks = find_clocks_off(options, state, start);
+  }
   report_clocks(rig, options.find_clocks, tells_offset(state), answer);
+  if (answer.clocks.empty()) report_shifts(rig, start, answer);
   // Cameras that are not synchronous seem to move.
   if (is_answer(judge(answer.findings))) report_moves(rig, separate_moves(state, start), answer);
   return start;

@@ -62,11 +62,6 @@ inline constexpr int kFewestDegreesOfFreedom = 10;
 // most, real synchronous pairs 0.23; cameras whose nearly equal lenses are exchanged have 0.7.
 inline constexpr double kStrained = 0.5;
 
-// Standard deviation of an offset between two clocks that is not corrected, over the offset,
-// besides that by noise: one step of Newton's method, under lenses that the offset bends, finds 3
-// to 22 % less than an offset of up to an instant (`tagcal-study rigs`, `out of time`).
-inline constexpr double kClockShare = 0.1;
-
 // s. Between instants further apart the motion of the board is not interpolated, and by instants
 // further apart than the second number no offset of a clock is told: a board in the hand turns back
 // within a few tenths of a second. Chosen by hand.

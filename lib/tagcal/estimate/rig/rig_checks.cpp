@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <map>
 
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/solvers/numeric/statistics.hpp"
@@ -41,38 +42,29 @@ struct LinearFit {
 };
 
 // The change of a disagreement by a step of the camera's place.
-Matrix6 by_place(const RigState& state, std::size_t camera, std::size_t view) {
+Matrix6 by_place(const RigState& state, std::size_t camera, std::size_t view,
+                 const Pose& camera_from_rig) {
   const OwnPose& own = state.own[camera][view];
   Matrix6 step = Matrix6::Identity();
-  step.bottomLeftCorner<3, 3>() = -cross_matrix(own.camera_from_world.translation() -
-                                                state.poses.camera_from_rig[camera].translation());
+  step.bottomLeftCorner<3, 3>() =
+      -cross_matrix(own.camera_from_world.translation() - camera_from_rig.translation());
   return step;
 }
 
 // The change of a disagreement by the unit of time.
-std::optional<Vector6d> by_time(const RigState& state, std::size_t camera, const Disagreement& d,
-                                const Trajectory& trajectory) {
-  const std::optional<WorldMotion> motion = motion_at(state, d.instant, trajectory);
-  if (!motion) return std::nullopt;
-  // As LinkedSteps::by_instant has it at the trajectory.
-  const LinkedPoses::Link& link = state.poses.links[camera][d.view];
-  const Pose& world = trajectory[d.instant]->rig_from_world;
-  const Matrix6 by_world = step_by(
-      (state.poses.camera_from_rig[camera].rotation() * link.motion.rotation()).toRotationMatrix(),
-      world.rotation() * state.poses.world_from_board[link.board].translation());
-  return Vector6d(by_world * motion->velocity);
+Vector6d by_time(const RigState& state, const LinkedPoses::Link& link, const Pose& camera_from_rig,
+                 const MovingSight& world) {
+  // As LinkedSteps::by_instant has it.
+  const Matrix6 by_world = step_by(camera_from_rig.rotation_matrix(),
+                                   world.sight.rig_from_world.rotation() *
+                                       state.poses.world_from_board[link.board].translation());
+  return by_world * world.velocity;
 }
 
-// 1 for those that are not far from most: their squares are within the median by the square of
+// 1 for those that are not far from most: within the median by the square of
 // policy::kOutlierSigmas.
-std::vector<std::uint8_t> consistent(const std::vector<Disagreement>& all, const VectorXd& x,
-                                     const std::vector<MatrixXd>& by_parameters) {
-  std::vector<double> squares;
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    Disagreement moved = all[i];
-    moved.step += by_parameters[i] * x;
-    squares.push_back(moved.square());
-  }
+std::vector<std::uint8_t> consistent(const std::vector<double>& squares) {
+  if (squares.empty()) return {};
   const double most = policy::kOutlierSigmas * policy::kOutlierSigmas * median(squares);
   std::vector<std::uint8_t> kept;
   for (const double square : squares) kept.push_back(square <= most);
@@ -81,19 +73,20 @@ std::vector<std::uint8_t> consistent(const std::vector<Disagreement>& all, const
 
 // The normal score of the part of the squares that more parameters explain.
 double score(double gain, int num_more, double rest, int freedom) {
-  if (freedom < 1 || !(rest > 0)) return 0;
+  if (freedom < 1 || !(rest > 0) || !(gain > 0)) return 0;
   return variance_ratio_score(gain / num_more / (rest / freedom), num_more, freedom);
 }
 
 // The displacement of the corners of views by changes of their disagreements, RMS in px per
 // coordinate, is that of a good corner's noise or more. A smaller one is no finding.
 bool is_visible(const RigState& state, std::size_t camera, std::span<const Disagreement> views,
-                const std::function<Vector6d(const Disagreement&)>& change) {
+                const std::function<Vector6d(std::size_t)>& change) {
   double square = 0;
   std::size_t count = 0;
-  for (const Disagreement& d : views) {
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const Disagreement& d = views[i];
     const Eigen::Matrix<double, 6, 6> c = state.own[camera][d.view].covariance;
-    const Vector6d step = change(d);
+    const Vector6d step = change(i);
     square += step.dot(c.ldlt().solve(step));
     count += 2 * state.cameras[camera].views[d.view].correspondences.size();
   }
@@ -101,23 +94,122 @@ bool is_visible(const RigState& state, std::size_t camera, std::span<const Disag
   return rms * state.noise_px[camera] > policy::kGoodCornerPx;
 }
 
+// The disagreements of a camera's views, and their changes by its place and its clock's offset.
+struct TimedViews {
+  std::vector<Disagreement> all;
+  std::vector<MatrixXd> columns;
+
+  std::vector<double> squares() const {
+    std::vector<double> squares;
+    for (const Disagreement& d : all) squares.push_back(d.square());
+    return squares;
+  }
+};
+
+// A camera whose clock may be off, and the trajectory of others.
+struct ClockProblem {
+  const RigState& state;
+  std::size_t camera;
+  const Trajectory& trajectory;
+  const Connected& connected;
+
+  // The views at whose times by an offset the world is known.
+  TimedViews at(const Pose& place, double offset) const {
+    std::vector<std::optional<MovingSight>> moving;
+    for (const double time : state.view_time[camera])
+      moving.push_back(world_at(state, time + offset, trajectory));
+    const auto world = [&](std::size_t view) {
+      return moving[view] ? std::optional(moving[view]->sight) : std::nullopt;
+    };
+    TimedViews views{disagreements(state, camera, place, world, connected), {}};
+    for (const Disagreement& d : views.all) {
+      views.columns.emplace_back(6, 7);
+      views.columns.back() << by_place(state, camera, d.view, place),
+          by_time(state, state.poses.links[camera][d.view], place, *moving[d.view]);
+    }
+    return views;
+  }
+
+  // The score of an offset at its best place: by what it explains of the views that are known with
+  // and without it, against the best place without it.
+  double score_of(const Pose& place, double offset) const {
+    constexpr int kRounds = 3;              // numeric: the place is linear after one
+    std::map<std::size_t, double> squares;  // by view
+    const TimedViews with = at(place, offset);
+    const std::vector<double> all = with.squares();
+    const std::vector<std::uint8_t> kept = consistent(all);
+    for (std::size_t i = 0; i < all.size(); ++i)
+      if (kept[i]) squares[with.all[i].view] = all[i];
+    Pose still = place;
+    double explained = 0, rest = 0;
+    int num_rows = 0;
+    for (int round = 0; round < kRounds; ++round) {
+      const TimedViews without = at(still, 0);
+      LinearFit fit(6);
+      rest = 0;
+      for (std::size_t i = 0; i < without.all.size(); ++i) {
+        const auto found = squares.find(without.all[i].view);
+        if (found == squares.end()) continue;
+        fit.add(without.all[i], without.columns[i].leftCols<6>());
+        rest += found->second;
+      }
+      num_rows = fit.num_rows;
+      if (num_rows == 0) return 0;
+      explained = fit.rest() - rest;
+      still = retract(still, fit.solution());
+    }
+    return score(explained, 1, rest, num_rows - 7);
+  }
+};
+
 }  // namespace
 
-std::optional<WorldMotion> motion_at(const RigState& state, std::size_t instant,
-                                     const Trajectory& trajectory) {
-  if (instant == 0 || instant + 1 >= trajectory.size()) return std::nullopt;
-  const std::optional<Sight>& before = trajectory[instant - 1];
-  const std::optional<Sight>& at = trajectory[instant];
-  const std::optional<Sight>& after = trajectory[instant + 1];
-  if (!before || !at || !after) return std::nullopt;
-  const double back = state.time[instant] - state.time[instant - 1];
-  const double ahead = state.time[instant + 1] - state.time[instant];
-  if (!(back > 0 && ahead > 0)) return std::nullopt;
-  if (state.has_stamps && std::max(back, ahead) > policy::kLongestGap) return std::nullopt;
-  const Vector6d last = minus(before->rig_from_world, at->rig_from_world) / back;
-  const Vector6d next = minus(after->rig_from_world, at->rig_from_world) / ahead;
-  return WorldMotion{(next * back - last * ahead) / (back + ahead),
-                     2 * (next + last) / (back + ahead)};
+std::optional<MovingSight> world_at(const RigState& state, double time,
+                                    const Trajectory& trajectory) {
+  constexpr std::ptrdiff_t kOnASide = 3;  // numeric: with 2 slow waves err by 1e-4 of a period
+  constexpr double kBeyond = 0.1;         // numeric: of the distance of two instants
+  const auto follows = [&](std::ptrdiff_t k) {  // instant k follows k - 1
+    const auto i = static_cast<std::size_t>(k);
+    return k > 0 && i < trajectory.size() && trajectory[i] && trajectory[i - 1] &&
+           state.time[i] > state.time[i - 1] &&
+           (!state.has_stamps || state.time[i] - state.time[i - 1] <= policy::kLongestGap);
+  };
+  // A little beyond an end, so that the views of an offset by whole instants do not depend on its
+  // last digits.
+  const auto reaches = [&](std::ptrdiff_t k) {
+    if (!follows(k)) return false;
+    const double from = state.time[static_cast<std::size_t>(k - 1)];
+    const double to = state.time[static_cast<std::size_t>(k)];
+    return time >= from - kBeyond * (to - from) && time <= to + kBeyond * (to - from);
+  };
+  std::ptrdiff_t upper = std::ranges::upper_bound(state.time, time) - state.time.begin();
+  if (!reaches(upper)) upper += reaches(upper - 1) ? -1 : 1;
+  if (!reaches(upper)) return std::nullopt;
+  std::ptrdiff_t first = upper - 1, last = upper;
+  while (first > upper - kOnASide && follows(first)) --first;
+  while (last < upper + kOnASide - 1 && follows(last + 1)) ++last;
+  if (last - first < 2) return std::nullopt;
+  const auto middle = static_cast<std::size_t>(upper - 1);
+  const Pose& origin = trajectory[middle]->rig_from_world;
+  // Lagrange's polynomial of the steps from `origin`, and its derivative.
+  Vector6d step = Vector6d::Zero(), rate = Vector6d::Zero();
+  for (std::ptrdiff_t i = first; i <= last; ++i) {
+    const auto at = [&](std::ptrdiff_t k) { return state.time[static_cast<std::size_t>(k)]; };
+    double weight = 1, slope = 0;
+    for (std::ptrdiff_t k = first; k <= last; ++k) {
+      if (k == i) continue;
+      const double width = at(i) - at(k);
+      slope = slope * (time - at(k)) / width + weight / width;
+      weight *= (time - at(k)) / width;
+    }
+    const Vector6d of_node = minus(trajectory[static_cast<std::size_t>(i)]->rig_from_world, origin);
+    step += weight * of_node;
+    rate += slope * of_node;
+  }
+  // The rotation turns the rate of its own axis, to first order.
+  const Eigen::Vector3d turn = step.head<3>(), turn_rate = rate.head<3>();
+  rate.head<3>() += turn.cross(turn_rate) / 2;
+  return MovingSight{{retract(origin, step), trajectory[middle]->covariance}, rate};
 }
 
 bool tells_offset(const RigState& state) {
@@ -129,53 +221,50 @@ bool tells_offset(const RigState& state) {
 }
 
 std::optional<ClockFit> fit_clock(const RigState& state, std::size_t camera,
-                                  const Trajectory& trajectory, const Connected& connected) {
-  std::vector<Disagreement> all =
-      disagreements(state, camera, state.poses.camera_from_rig[camera], trajectory, connected);
-  std::erase_if(all, [&](const Disagreement& d) { return !by_time(state, camera, d, trajectory); });
-  std::vector<MatrixXd> columns;
-  for (const Disagreement& d : all) {
-    columns.emplace_back(6, 7);
-    columns.back() << by_place(state, camera, d.view), *by_time(state, camera, d, trajectory);
-  }
-  constexpr int kRounds = 3;  // numeric: the members are stable after two
-  std::vector<std::uint8_t> kept(all.size(), 1);
-  std::optional<ClockFit> result;
+                                  const Trajectory& trajectory, const Connected& connected,
+                                  const Pose& camera_from_rig, double offset) {
+  constexpr int kRounds = 20;     // a limit of work
+  constexpr double kSmall = 0.1;  // numeric: of a standard deviation
+  const ClockProblem problem{state, camera, trajectory, connected};
+  Pose place = camera_from_rig;
   for (int round = 0; round < kRounds; ++round) {
-    LinearFit with(7), without(6);
-    for (std::size_t i = 0; i < all.size(); ++i) {
-      if (!kept[i]) continue;
-      with.add(all[i], columns[i]);
-      without.add(all[i], columns[i].leftCols<6>());
-    }
-    const int freedom = with.num_rows - 7;
+    const TimedViews views = problem.at(place, offset);
+    const std::vector<std::uint8_t> kept = consistent(views.squares());
+    LinearFit fit(7);
+    for (std::size_t i = 0; i < kept.size(); ++i)
+      if (kept[i]) fit.add(views.all[i], views.columns[i]);
+    const int freedom = fit.num_rows - 7;
     if (freedom < policy::kFewestDegreesOfFreedom) return std::nullopt;
-    const VectorXd x = with.solution();
-    const double rest = with.rest();
-    const double variance = MatrixXd(with.information.ldlt().solve(MatrixXd::Identity(7, 7)))(6, 6);
-    result =
-        ClockFit{{camera, x[6], std::sqrt(variance * rest / freedom), state.has_stamps}, false};
-    result->is_off = score(with.gain() - without.gain(), 1, rest, freedom) > policy::kOutlierSigmas;
-    kept = consistent(all, x, columns);
+    const VectorXd x = fit.solution();
+    const double variance = MatrixXd(fit.information.ldlt().solve(MatrixXd::Identity(7, 7)))(6, 6);
+    const double sigma = std::sqrt(variance * fit.rest() / freedom);
+    place = retract(place, x.head<6>());
+    offset += x[6];
+    if (!(std::abs(x[6]) <= kSmall * sigma)) continue;
+    const auto by_offset = [&](std::size_t i) {
+      return Vector6d(offset * views.columns[i].rightCols<1>());
+    };
+    const auto move = camera_move(state, camera, trajectory, connected);
+    const bool is_off = problem.score_of(place, offset) > policy::kOutlierSigmas &&
+                        is_visible(state, camera, views.all, by_offset) &&
+                        !(move && move->rest < fit.rest() / freedom);
+    return ClockFit{{camera, offset, sigma, state.has_stamps}, place, is_off};
   }
-  const auto by_offset = [&](const Disagreement& d) {
-    return Vector6d(result->clock.offset * *by_time(state, camera, d, trajectory));
-  };
-  result->is_off = result->is_off && is_visible(state, camera, all, by_offset);
-  return result;
+  return std::nullopt;
 }
 
 std::optional<CameraMove> camera_move(const RigState& state, std::size_t camera,
                                       const Trajectory& trajectory, const Connected& connected) {
+  const Pose& place = state.poses.camera_from_rig[camera];
   std::vector<Disagreement> all =
-      disagreements(state, camera, state.poses.camera_from_rig[camera], trajectory, connected);
+      disagreements(state, camera, place, world_of_instants(state, camera, trajectory), connected);
   std::ranges::sort(all, {}, &Disagreement::instant);
   constexpr std::size_t kFewest = 3;  // numeric: on each side, so that the split has freedom
   if (all.size() < 2 * kFewest) return std::nullopt;
   std::vector<LinearFit> before(1, LinearFit(6));
   for (const Disagreement& d : all) {
     LinearFit sum = before.back();
-    sum.add(d, by_place(state, camera, d.view));
+    sum.add(d, by_place(state, camera, d.view, place));
     before.push_back(sum);
   }
   const LinearFit& whole = before.back();
@@ -189,10 +278,11 @@ std::optional<CameraMove> camera_move(const RigState& state, std::size_t camera,
     const double s = score(gain - whole.gain(), 6, whole.square - gain, whole.num_rows - 12);
     if (s <= most) continue;
     most = s;
-    best = CameraMove{camera, all[i].instant, after.solution() - before[i].solution()};
+    best = CameraMove{camera, all[i].instant, after.solution() - before[i].solution(),
+                      (whole.square - gain) / (whole.num_rows - 12)};
   }
-  const auto by_move = [&](const Disagreement& d) {
-    return Vector6d(by_place(state, camera, d.view) * best->step);
+  const auto by_move = [&](std::size_t i) {
+    return Vector6d(by_place(state, camera, all[i].view, place) * best->step);
   };
   if (best && !is_visible(state, camera, all, by_move)) best.reset();
   return best;
@@ -202,7 +292,8 @@ std::optional<PlaceOfPair> place_of(std::span<const Disagreement> disagreements,
                                     const RigState& state, std::size_t camera) {
   const std::vector<Disagreement> all(disagreements.begin(), disagreements.end());
   std::vector<MatrixXd> columns;
-  for (const Disagreement& d : all) columns.emplace_back(by_place(state, camera, d.view));
+  for (const Disagreement& d : all)
+    columns.emplace_back(by_place(state, camera, d.view, state.poses.camera_from_rig[camera]));
   constexpr int kRounds = 3;  // numeric: the members are stable after two
   std::vector<std::uint8_t> kept(all.size(), 1);
   std::optional<PlaceOfPair> place;
@@ -214,7 +305,13 @@ std::optional<PlaceOfPair> place_of(std::span<const Disagreement> disagreements,
     const double variance = std::max(1.0, fit.rest() / (fit.num_rows - 6));
     place = PlaceOfPair{fit.solution(),
                         variance * fit.information.ldlt().solve(MatrixXd::Identity(6, 6))};
-    kept = consistent(all, place->step, columns);
+    std::vector<double> squares;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      Disagreement moved = all[i];
+      moved.step += columns[i] * place->step;
+      squares.push_back(moved.square());
+    }
+    kept = consistent(squares);
   }
   return place;
 }

@@ -7,32 +7,34 @@
 
 namespace tagcal::internal {
 
-// How the world moves in the rig at an instant, in the unit of RigState::time: the parabola through
-// the instants before and after. No value without them, or if they are further apart than
-// policy::kLongestGap.
-struct WorldMotion {
-  Vector6d velocity, acceleration;
-
-  // The step (`retract`) after a time.
-  Vector6d after(double time) const { return time * velocity + time * time / 2 * acceleration; }
+// The world in the rig at a time between instants, and its motion there (as a step of `retract` in
+// the unit of RigState::time): by the polynomial through the two to six neighbouring instants, at
+// most three on a side, that follow one another without one that has no sight, or a gap longer than
+// policy::kLongestGap. No value with less than three, or outside of them.
+struct MovingSight {
+  Sight sight;
+  Vector6d velocity;
 };
-std::optional<WorldMotion> motion_at(const RigState& state, std::size_t instant,
-                                     const Trajectory& trajectory);
+std::optional<MovingSight> world_at(const RigState& state, double time,
+                                    const Trajectory& trajectory);
 
 // The instants of most neighbours are near enough to one another to tell an offset by a number
 // (policy::kOffsetGap), or have no stamps.
 bool tells_offset(const RigState& state);
 
-// The offset of a camera's clock that explains its disagreements with a trajectory best, to first
-// order. It is off if that is significant (policy::kOutlierSigmas, by the disagreements that
-// remain) and moves the corners by more than policy::kGoodCornerPx. No value if too few instants
-// have a velocity.
+// The offset of a camera's clock, and its place, that explain its disagreements with a trajectory
+// best. It is off if that is significant (policy::kOutlierSigmas, by the disagreements that
+// remain), moves the corners by more than policy::kGoodCornerPx, and explains more than a move of
+// the camera (camera_move). No value if the trajectory is known at the times of too few views, or
+// no offset near the start is the best.
 struct ClockFit {
   ClockOffset clock;
+  Pose camera_from_rig;
   bool is_off = false;
 };
 std::optional<ClockFit> fit_clock(const RigState& state, std::size_t camera,
-                                  const Trajectory& trajectory, const Connected& connected);
+                                  const Trajectory& trajectory, const Connected& connected,
+                                  const Pose& camera_from_rig, double offset);
 
 // The instant from which on a camera is at another place, and by how much: the split of its
 // disagreements into two places that explains them best, if it is significant, as above.
@@ -40,6 +42,7 @@ struct CameraMove {
   std::size_t camera = 0;
   std::size_t instant = 0;           // the first one at the new place
   Vector6d step = Vector6d::Zero();  // from the old place to the new one (`retract`)
+  double rest = 0;                   // the disagreements' squares that remain, over their freedom
 };
 std::optional<CameraMove> camera_move(const RigState& state, std::size_t camera,
                                       const Trajectory& trajectory, const Connected& connected);

@@ -202,8 +202,8 @@ double disagreement_of(const SolvedRig& rig, std::size_t a, std::size_t b) {
   only_a.cameras.assign(only_a.cameras.size(), 0);
   only_a.cameras[a] = 1;
   const Trajectory trajectory = trajectory_of(*rig.state, only_a);
-  const auto all =
-      disagreements(*rig.state, b, rig.state->poses.camera_from_rig[b], trajectory, only_a);
+  const auto all = disagreements(*rig.state, b, rig.state->poses.camera_from_rig[b],
+                                 world_of_instants(*rig.state, b, trajectory), only_a);
   const auto place = place_of(all, *rig.state, b);
   if (!place) return 0;
   const Eigen::Matrix<double, 6, 6> c = place->covariance;

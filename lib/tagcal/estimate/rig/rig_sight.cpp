@@ -15,21 +15,36 @@ Matrix6 turned_by(const Eigen::Matrix3d& rotation) {
 
 }  // namespace
 
+Connected without(Connected connected, std::size_t camera) {
+  connected.cameras[camera] = 0;
+  return connected;
+}
+
+WorldOfView world_of_instants(const RigState& state, std::size_t camera,
+                              const Trajectory& trajectory, int shift) {
+  return [&state, &trajectory, camera, shift](std::size_t view) -> std::optional<Sight> {
+    const auto at = static_cast<std::ptrdiff_t>(*state.instant[camera][view]) + shift;
+    if (at < 0 || at >= std::ssize(trajectory)) return std::nullopt;
+    const auto& sight = trajectory[static_cast<std::size_t>(at)];
+    if (!sight) return std::nullopt;
+    const Pose& motion = state.poses.links[camera][view].motion;
+    return Sight{motion * sight->rig_from_world,
+                 transformed(turned_by(motion.rotation_matrix()), sight->covariance)};
+  };
+}
+
 std::vector<Clue> clues_of_camera(const RigState& state, std::size_t camera,
-                                  const Trajectory& trajectory, const Connected& connected,
-                                  int shift) {
+                                  const WorldOfView& world, const Connected& connected) {
   std::vector<Clue> clues;
   for (std::size_t v = 0; v < state.instant[camera].size(); ++v) {
     const auto& t = state.instant[camera][v];
     const LinkedPoses::Link& link = state.poses.links[camera][v];
     if (!t || !connected.boards[link.board]) continue;
-    const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(*t) + shift;
-    if (at < 0 || at >= std::ssize(trajectory)) continue;
-    const auto& sight = trajectory[static_cast<std::size_t>(at)];
+    const std::optional<Sight> sight = world(v);
     if (!sight) continue;
     const Pose& board = state.poses.world_from_board[link.board];
-    Clue clue{camera, v, *t, {}, link.motion * sight->rig_from_world * board};
-    clue.of_right = transformed(step_by(link.motion.rotation_matrix(),
+    Clue clue{camera, v, *t, {}, sight->rig_from_world * board};
+    clue.of_right = transformed(step_by(Eigen::Matrix3d::Identity(),
                                         sight->rig_from_world.rotation() * board.translation()),
                                 sight->covariance);
     clues.push_back(clue);
@@ -106,10 +121,10 @@ Trajectory trajectory_of(const RigState& state, const Connected& connected) {
 }
 
 std::vector<Disagreement> disagreements(const RigState& state, std::size_t camera,
-                                        const Pose& camera_from_rig, const Trajectory& trajectory,
+                                        const Pose& camera_from_rig, const WorldOfView& world,
                                         const Connected& connected) {
   std::vector<Disagreement> result;
-  for (const Clue& clue : clues_of_camera(state, camera, trajectory, connected, 0))
+  for (const Clue& clue : clues_of_camera(state, camera, world, connected))
     result.push_back(disagreement_of(state, clue, state.own[camera][clue.view].camera_from_world,
                                      camera_from_rig));
   return result;

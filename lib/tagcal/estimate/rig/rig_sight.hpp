@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -13,6 +14,7 @@ namespace tagcal::internal {
 struct Connected {
   std::vector<std::uint8_t> cameras, boards;
 };
+Connected without(Connected connected, std::size_t camera);
 
 // The place of the world in the rig at an instant.
 struct Sight {
@@ -38,10 +40,18 @@ struct Disagreement {
   double square() const;
 };
 
-// The disagreements of a camera's views of connected boards with a trajectory, for a place of the
-// camera.
+// The world at a view of one camera, if it is known.
+using WorldOfView = std::function<std::optional<Sight>(std::size_t view)>;
+
+// That of the instants of the views, which is kept as a reference; `shift`: of instants that many
+// later.
+WorldOfView world_of_instants(const RigState& state, std::size_t camera,
+                              const Trajectory& trajectory, int shift = 0);
+
+// The disagreements of a camera's views of connected boards with the world at them, for a place of
+// the camera.
 std::vector<Disagreement> disagreements(const RigState& state, std::size_t camera,
-                                        const Pose& camera_from_rig, const Trajectory& trajectory,
+                                        const Pose& camera_from_rig, const WorldOfView& world,
                                         const Connected& connected);
 
 // A view that tells a place U: its own pose is `left` U `right`, up to its noise and that of the
@@ -52,11 +62,9 @@ struct Clue {
   Matrix6 of_right = Matrix6::Zero(), of_whole = Matrix6::Zero();
 };
 
-// The views of a camera of connected boards. `shift`: the trajectory is taken that many instants
-// later.
+// The views of a camera of connected boards.
 std::vector<Clue> clues_of_camera(const RigState& state, std::size_t camera,
-                                  const Trajectory& trajectory, const Connected& connected,
-                                  int shift);
+                                  const WorldOfView& world, const Connected& connected);
 
 // The views of a board by connected cameras.
 std::vector<Clue> clues_of_board(const RigState& state, std::size_t board,

@@ -10,13 +10,6 @@
 namespace tagcal::internal {
 namespace {
 
-// The other cameras that are connected.
-Connected others(const RigStart& start, std::size_t camera) {
-  Connected rest = start.connected;
-  rest.cameras[camera] = 0;
-  return rest;
-}
-
 // By instant of the data set: the views of which it has more than one.
 std::map<std::size_t, std::vector<ViewExcess>> by_instant(const RigState& state,
                                                           const std::vector<ViewExcess>& all) {
@@ -62,7 +55,7 @@ std::vector<CameraMove> separate_moves(RigState& state, const RigStart& start) {
   std::vector<CameraMove> moves;
   for (std::size_t c = 0; c < state.cameras.size(); ++c) {
     if (!start.has(c) || c == state.poses.reference) continue;
-    const Connected rest = others(start, c);
+    const Connected rest = without(start.connected, c);
     const Trajectory trajectory = trajectory_of(state, rest);
     const auto move = camera_move(state, c, trajectory, rest);
     if (!move) continue;
@@ -77,77 +70,6 @@ std::vector<CameraMove> separate_moves(RigState& state, const RigStart& start) {
       state.poses.camera_from_rig[c] = again->place;
   }
   return moves;
-}
-
-std::vector<ClockFit> fit_clocks(const RigState& state, const RigStart& start) {
-  std::vector<ClockFit> clocks;
-  for (std::size_t c = 0; c < state.cameras.size(); ++c) {
-    if (!start.has(c) || c == state.poses.reference) continue;
-    Connected rest = start.connected;
-    rest.cameras.assign(state.cameras.size(), 0);
-    rest.cameras[state.poses.reference] = 1;
-    Trajectory trajectory = trajectory_of(state, rest);
-    if (disagreements(state, c, {}, trajectory, rest).empty()) {
-      rest = others(start, c);
-      trajectory = trajectory_of(state, rest);
-    }
-    if (const auto clock = fit_clock(state, c, trajectory, rest)) clocks.push_back(*clock);
-  }
-  return clocks;
-}
-
-std::vector<ClockOffset> clocks_off(const RigState& state, const RigStart& start) {
-  std::vector<ClockOffset> off;
-  std::vector<double> offsets = {0};  // that of the reference
-  for (const ClockFit& fit : fit_clocks(state, start)) {
-    offsets.push_back(fit.is_off ? fit.clock.offset : 0);
-    if (!fit.is_off) continue;
-    off.push_back(fit.clock);
-    off.back().sigma = std::hypot(fit.clock.sigma, policy::kClockShare * fit.clock.offset);
-  }
-  const double middle = median(offsets);
-  if (off.empty() || state.cameras.size() < 3 || middle == 0) return off;
-  // Most clocks agree with one another: the reference is off.
-  ClockOffset reference = off.front();
-  reference.camera = state.poses.reference;
-  reference.offset = -middle;
-  return {reference};
-}
-
-std::vector<ClockOffset> correct_clocks(RigState& state, RigStart& start, const RigDataset& rig) {
-  constexpr int kRounds = 5;  // numeric: each is a step of Newton's method
-  std::vector<ClockOffset> clocks;
-  for (std::size_t c = 0; c < state.cameras.size(); ++c) clocks.push_back({c, 0, 0, true});
-  for (int round = 0; round < kRounds; ++round) {
-    const Trajectory trajectory = trajectory_of(state, start.connected);
-    for (std::size_t c = 0; c < state.cameras.size(); ++c)
-      for (std::size_t v = 0; v < state.own[c].size(); ++v) {
-        const auto& t = state.instant[c][v];
-        if (!t) continue;
-        const std::optional<WorldMotion> world = motion_at(state, *t, trajectory);
-        const double stamp = rig.cameras[c].times_s[state.index_of_view[c][v]];
-        Pose& motion = state.poses.links[c][v].motion;
-        motion = {};
-        if (!world) continue;
-        const Pose& at = trajectory[*t]->rig_from_world;
-        motion =
-            retract(at, world->after(stamp + clocks[c].offset - state.time[*t])) * at.inverse();
-      }
-    start = start_rig(state, {});
-    for (const ClockFit& fit : fit_clocks(state, start)) {
-      clocks[fit.clock.camera].offset += fit.clock.offset;
-      clocks[fit.clock.camera].sigma = fit.clock.sigma;
-    }
-  }
-  // Views whose time cannot be corrected do not place the cameras.
-  const Trajectory trajectory = trajectory_of(state, start.connected);
-  for (std::size_t c = 0; c < state.cameras.size(); ++c)
-    for (std::size_t v = 0; v < state.own[c].size(); ++v)
-      if (const auto& t = state.instant[c][v]; t && !motion_at(state, *t, trajectory))
-        state.set_alone(c, v);
-  std::erase_if(clocks,
-                [&](const ClockOffset& clock) { return clock.camera == state.poses.reference; });
-  return clocks;
 }
 
 std::vector<ViewExcess> excesses(const RigState& state) {

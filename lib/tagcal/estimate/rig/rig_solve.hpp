@@ -11,16 +11,6 @@ namespace tagcal::internal {
 // starts those cameras again from the rest.
 std::vector<CameraMove> separate_moves(RigState& state, const RigStart& start);
 
-// The clocks against that of the reference, and those that are off; with three cameras or more,
-// against the median clock.
-std::vector<ClockFit> fit_clocks(const RigState& state, const RigStart& start);
-std::vector<ClockOffset> clocks_off(const RigState& state, const RigStart& start);
-
-// Moves the world of each view from its instant to the time of its stamp, by the trajectory, and
-// finds one offset a camera. Views without a velocity are taken out of their instants.
-// Precondition: the rig has stamps.
-std::vector<ClockOffset> correct_clocks(RigState& state, RigStart& start, const RigDataset& rig);
-
 // The cost of the rig to a view: its squares under the rig, less those at its own pose.
 struct ViewExcess {
   std::size_t camera = 0, view = 0;

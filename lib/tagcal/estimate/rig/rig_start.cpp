@@ -103,7 +103,7 @@ std::optional<InstantShift> shift_of(const RigState& state, std::size_t camera,
                                      const Trajectory& trajectory, const Connected& connected,
                                      const std::optional<Pose>& half_turn,
                                      const PlaceStart& unshifted) {
-  InstantShift best{camera, 0};
+  InstantShift best{camera, 0, {}};
   double least = unshifted.median_square;
   for (int shift = -kMostShift; shift <= kMostShift; ++shift) {
     if (shift == 0) continue;
@@ -111,6 +111,7 @@ std::optional<InstantShift> shift_of(const RigState& state, std::size_t camera,
     if (start && start->median_square < least) {
       least = start->median_square;
       best.instants = shift;
+      best.camera_from_rig = start->place;
     }
   }
   // By the same bound: half of the views must agree several times better.
@@ -135,7 +136,8 @@ std::optional<Next> next_to_place(const RigState& state, const Trajectory& traje
       next = Next{is_camera, index, std::move(clues)};
   };
   for (std::size_t c = 0; c < connected.cameras.size(); ++c)
-    if (!connected.cameras[c]) offer(true, c, clues_of_camera(state, c, trajectory, connected, 0));
+    if (!connected.cameras[c])
+      offer(true, c, clues_of_camera(state, c, world_of_instants(state, c, trajectory), connected));
   for (std::size_t b = 0; b < connected.boards.size(); ++b)
     if (!connected.boards[b]) offer(false, b, clues_of_board(state, b, trajectory, connected));
   return next;
@@ -197,7 +199,8 @@ std::size_t first_board(const RigState& state) {
 std::optional<PlaceStart> camera_start(const RigState& state, std::size_t camera,
                                        const Trajectory& trajectory, const Connected& connected,
                                        const std::optional<Pose>& half_turn, int shift) {
-  const std::vector<Clue> clues = clues_of_camera(state, camera, trajectory, connected, shift);
+  const std::vector<Clue> clues = clues_of_camera(
+      state, camera, world_of_instants(state, camera, trajectory, shift), connected);
   if (shift != 0 && clues.size() < policy::kEnoughForMedian) return std::nullopt;
   return place_start(state, clues, half_turn);
 }

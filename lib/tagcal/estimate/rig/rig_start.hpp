@@ -22,10 +22,12 @@ std::optional<PlaceStart> camera_start(const RigState& state, std::size_t camera
 // The number of instants at which both cameras have a view.
 int common_instants(const RigState& state, std::size_t a, std::size_t b);
 
-// A camera whose pictures fit the trajectory of the others better a number of instants later.
+// A camera whose pictures fit the trajectory of the others better a number of instants later, and
+// its place then.
 struct InstantShift {
   std::size_t camera = 0;
   int instants = 0;
+  Pose camera_from_rig;
 };
 
 // Sets the poses of the cameras, boards and instants that are connected with the reference, one

@@ -113,6 +113,12 @@ void set_times(const RigDataset& rig, RigState& state) {
 
 }  // namespace
 
+void take_stamps(const RigDataset& rig, RigState& state) {
+  for (std::size_t c = 0; c < state.view_time.size(); ++c)
+    for (std::size_t v = 0; v < state.view_time[c].size(); ++v)
+      state.view_time[c][v] = rig.cameras[c].times_s[state.index_of_view[c][v]];
+}
+
 std::vector<std::vector<std::size_t>> RigState::views_at(std::size_t camera) const {
   std::vector<std::vector<std::size_t>> views(num_instants);
   for (std::size_t v = 0; v < instant[camera].size(); ++v)
@@ -187,6 +193,7 @@ RigState rig_state(const PlacedViews& rig, const std::vector<Calibration>& own, 
     state.index_of_view.emplace_back();
     state.own.emplace_back();
     state.instant.emplace_back();
+    state.view_time.emplace_back();
     std::vector<ViewProblem> views;
     std::vector<LinkedPoses::Link> links;
     for (std::size_t v = 0; v < bundle.views.size(); ++v) {
@@ -197,6 +204,7 @@ RigState rig_state(const PlacedViews& rig, const std::vector<Calibration>& own, 
       state.index_of_view[c].push_back(index);
       state.own[c].push_back(*pose);
       state.instant[c].push_back(place.instant);
+      state.view_time[c].push_back(place.instant ? state.time[*place.instant] : 0);
       views.push_back(std::move(bundle.views[v]));
       links.push_back({place.instant.value_or(0), place.board, {}});
     }

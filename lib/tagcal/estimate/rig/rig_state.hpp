@@ -46,6 +46,7 @@ struct RigState {
       instant;                   // in the data set; none: a view alone
   std::vector<double> noise_px;  // per coordinate, by camera
   std::vector<double> time;      // of the instants: s by the stamps, or their number without stamps
+  std::vector<std::vector<double>> view_time;  // by camera and view: of its instant, or the stamp
   bool has_stamps = false;
   std::size_t num_instants = 0;                         // of the data set
   std::vector<std::shared_ptr<const HeldModels>> held;  // models that the bundles point to
@@ -59,6 +60,9 @@ struct RigState {
 // The state at the cameras' own calibrations, which are answers. Views without an instant are to be
 // set alone. Of the poses only the links are set, those of the boards and of views that are alone.
 RigState rig_state(const PlacedViews& rig, const std::vector<Calibration>& own, RigLenses lenses);
+
+// Sets the times of all views to their stamps. Precondition: the rig has stamps.
+void take_stamps(const RigDataset& rig, RigState& state);
 
 // Estimates the own poses again, under the lenses and the board of the state: those of a camera
 // with few pictures may have changed much. Of two poses that fit a view as well
