@@ -38,6 +38,18 @@ set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR}/lib)
 string(JOIN ", " CPACK_DEBIAN_PACKAGE_RECOMMENDS "libeigen3-dev (>= 3.4)" "libceres-dev (>= 2.1)"
        libapriltag-dev libyaml-cpp-dev libfmt-dev libpng-dev libjpeg-dev "libtiff-dev (>= 4.5)" libwebp-dev
        libdeflate-dev "libopencv-dev (>= 4.5)")
+# The libraries of FFmpeg that are loaded at the first video, by the versions of their headers.
+foreach(library avformat swscale)
+  file(GLOB headers ${FFMPEG_INCLUDE_DIR}/lib${library}/version*.h)
+  foreach(header IN LISTS headers)
+    file(STRINGS ${header} line REGEX "define LIB[A-Z]+_VERSION_MAJOR +[0-9]+")
+    string(REGEX MATCH "[0-9]+$" version "${line}")
+    if(version)
+      string(APPEND CPACK_DEBIAN_PACKAGE_RECOMMENDS ", lib${library}${version}")
+      break()
+    endif()
+  endforeach()
+endforeach()
 if(TAGCAL_OPENCV_MARKERS STREQUAL aruco)
   string(APPEND CPACK_DEBIAN_PACKAGE_RECOMMENDS ", libopencv-contrib-dev (>= 4.5)")
 endif()

@@ -181,6 +181,7 @@ TEST(LimitsPage, StatesEachLimit) {
       {"kMaxValuesOfPath", limits::kMaxValuesOfPath},
       {"kMaxVignettingTerms", limits::kMaxVignettingTerms},
       {"kMaxPictureBytes", limits::kMaxPictureBytes},
+      {"kMaxVideoFrames", limits::kMaxVideoFrames},
       {"kMaxPixels", limits::kMaxPixels},
       {"kMaxPixelsAByte", limits::kMaxPixelsAByte},
       {"kMaxPixelsOfFewBytes", limits::kMaxPixelsOfFewBytes},

@@ -67,12 +67,9 @@ Json json_of(const DetectedPicture& found) {
     }
     unfitted.push_back(std::move(values));
   }
-  return {{"corners", corners},
-          {"unfitted", unfitted},
-          {"warnings", found.warnings},
-          {"size", {found.size.width, found.size.height}},
-          {"sure", found.num_sure},
-          {"unread", found.num_unread}};
+  return {{"corners", corners},         {"unfitted", unfitted},
+          {"warnings", found.warnings}, {"size", {found.size.width, found.size.height}},
+          {"sure", found.num_sure},     {"unread", found.num_unread}};
 }
 
 DetectedPicture found_of(const Json& json, const std::string& name) {

@@ -8,6 +8,9 @@
 #include <cerrno>
 #include <cstdint>
 #include <optional>
+#include <system_error>
+
+#include "tagcal/io/video_file.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -52,6 +55,13 @@ std::string digest_of(std::string_view text) {
 }
 
 std::string digest_of_file(const std::filesystem::path& file) {
+  if (const auto frame = frame_of(file)) {
+    std::error_code unknown;
+    return fmt::format(
+        "{}-{}@{}", std::filesystem::file_size(frame->video, unknown),
+        std::filesystem::last_write_time(frame->video, unknown).time_since_epoch().count(),
+        frame->frame);
+  }
   // A device may have no end, and a pipe no writer: opening does not wait for one.
   const int descriptor = ::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
   if (descriptor < 0) return "";

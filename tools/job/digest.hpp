@@ -10,7 +10,9 @@ namespace tagcal::tools {
 // text.
 std::string digest_of(std::string_view text);
 
-// The same of a file's bytes; "" if it cannot be read, or is no regular file.
+// The same of a file's bytes; "" if it cannot be read, or is no regular file. Of a frame of a video
+// (video_file.hpp) its number and the video's size and time of change: a video is too long to read
+// for each of its frames.
 std::string digest_of_file(const std::filesystem::path& file);
 
 }  // namespace tagcal::tools

@@ -29,9 +29,9 @@ const std::map<std::string, Refinement> kRefinements = {
 // Error for a name that no file of corners can hold, before all the work.
 void set_images(const std::vector<fs::path>& files, Input& input) {
   std::map<std::string, int> uses;
-  for (const fs::path& file : files) ++uses[file.filename().string()];
+  for (const fs::path& file : files) ++uses[picture_name(file)];
   for (const fs::path& file : files) {
-    std::string name = file.filename().string();
+    std::string name = picture_name(file);
     if (uses[name] > 1) name = file.string();
     if (!is_image_name(name))
       throw Error(fmt::format("{}: the name of a picture must be one line", file.string()));
@@ -75,7 +75,10 @@ Input read_pictures(const InputArguments& arguments) {
     input.texts.emplace_back(arguments.target);
     input.dataset.boards.push_back({read_board(arguments, input), {}});
   }
-  std::vector<fs::path> files = picture_files(arguments.inputs);
+  std::vector<std::string> notes;
+  std::vector<fs::path> files =
+      picture_files(arguments.inputs, frame_choice(arguments.frames), &notes);
+  for (const std::string& note : notes) print_note("{}\n", note);
   Exclusion exclusion(arguments.excluded);
   std::erase_if(files, [&](const fs::path& file) { return exclusion.excludes(file); });
   if (files.empty()) throw Error("--exclude: leaves no picture");
@@ -178,6 +181,11 @@ void add_picture_options(CLI::App& command, InputArguments& arguments) {
              "a picture to leave out, or a pattern ('blurred*')")
       .text("NAME")
       .repeatable();
+  add_option(command, "--frames", arguments.frames,
+             "of videos among the pictures (mp4, mov, avi, mkv, webm, mjpeg): auto (up to 300, "
+             "evenly), all, every:N, or a text file with their numbers")
+      .text("FRAMES")
+      .seldom();
   add_flag(command, "--strict", arguments.strict,
            "a picture that cannot be read ends the run; default: it is left out with a warning")
       .seldom();

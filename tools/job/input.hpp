@@ -21,6 +21,7 @@ struct InputArguments {
   std::string observations;           // a CSV file that replaces those of the data set
   std::string refinement;             // of corners in pictures; "": the default
   std::vector<std::string> excluded;  // names or patterns of pictures (picture_files.hpp)
+  std::string frames;                 // of videos: as frame_choice takes them
   bool strict = false;                // a picture that cannot be read ends the run
   bool takes_pictures = false;        // the command has --target, too
   bool no_cache = false;

@@ -6,13 +6,18 @@
 
 #include <algorithm>
 #include <cctype>
+#include <charconv>
+#include <functional>
 #include <iterator>
+#include <optional>
 #include <set>
 #include <utility>
 
 #include "tagcal/error.hpp"
+#include "tagcal/internal/spread_indices.hpp"
 #include "tagcal/io/image_file.hpp"
 #include "tagcal/io/text_file.hpp"
+#include "tagcal/io/video_file.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -55,13 +60,14 @@ std::vector<fs::path> pictures_in(const fs::path& folder) {
   throw Error(fmt::format(
       "{}: {}", folder.string(),
       is_data_set ? "is a data set: name its folder of pictures, or leave out --target and --family"
-                  : "has no pictures (png, jpg, tif, bmp, webp, pgm, ppm)"));
+                  : "has no pictures (png, jpg, tif, bmp, webp, pgm, ppm) and no videos"));
 }
 
 std::vector<fs::path> files_of(const std::string& argument) {
   if (fs::is_directory(argument)) return pictures_in(argument);
   if (is_pattern(argument) && !fs::exists(argument)) return matches_of(argument);
-  if (!fs::exists(argument)) throw Error(fmt::format("{}: no such file", argument));
+  if (!fs::exists(argument) && !frame_of(argument))
+    throw Error(fmt::format("{}: no such file", argument));
   return {argument};
 }
 
@@ -79,20 +85,74 @@ std::vector<fs::path> files_of_line(const std::string& line, const fs::path& lis
   }
 }
 
-std::vector<fs::path> files_of_list(const fs::path& list) {
-  const std::string text = read_plain_text(list);
-  std::vector<fs::path> files;
+// The lines of a text but for empty ones and comments, with their numbers.
+void for_each_line(const fs::path& file,
+                   const std::function<void(const std::string& line, int number)>& take) {
+  const std::string text = read_plain_text(file);
   int number = 1;
   for (std::size_t begin = 0; begin < text.size(); ++number) {
     const std::size_t end = std::min(text.find('\n', begin), text.size());
     const std::string line(trimmed(std::string_view(text).substr(begin, end - begin), " \t\r"));
     begin = end + 1;
-    if (line.empty() || line.starts_with('#')) continue;
+    if (!line.empty() && !line.starts_with('#')) take(line, number);
+  }
+}
+
+std::vector<fs::path> files_of_list(const fs::path& list) {
+  std::vector<fs::path> files;
+  for_each_line(list, [&](const std::string& line, int number) {
     const std::vector<fs::path> more = files_of_line(line, list, number);
     files.insert(files.end(), more.begin(), more.end());
-  }
+  });
   if (files.empty()) throw Error(fmt::format("{}: names no pictures", list.string()));
   return files;
+}
+
+std::optional<std::size_t> number_of_frame(const std::string& text) {
+  std::size_t number = 0;
+  const char* const end = text.data() + text.size();
+  const auto [last, error] = std::from_chars(text.data(), end, number);
+  return error == std::errc() && last == end ? std::optional(number) : std::nullopt;
+}
+
+std::vector<std::size_t> chosen_frames(const fs::path& file, std::size_t num_frames,
+                                       const FrameChoice& choice) {
+  if (!choice.these.empty()) {
+    if (choice.these.back() >= num_frames)
+      throw Error(fmt::format("{}: has {} frames, there is none of number {}", file.string(),
+                              num_frames, choice.these.back()));
+    return choice.these;
+  }
+  if (choice.every == 0) return internal::spread_indices(num_frames, kMostFrames);
+  std::vector<std::size_t> chosen;
+  for (std::size_t i = 0; i < num_frames; i += choice.every) chosen.push_back(i);
+  return chosen;
+}
+
+// Videos replaced by the frames of them that are chosen.
+std::vector<fs::path> with_frames(const std::vector<fs::path>& files, const FrameChoice& choice,
+                                  std::vector<std::string>* notes) {
+  const bool has_pictures = std::ranges::any_of(files, is_picture_name);
+  std::vector<fs::path> all;
+  for (const fs::path& file : files) {
+    if (!is_video_name(file) || has_pictures) {
+      all.push_back(file);
+      continue;
+    }
+    const Video video = read_video(file);
+    const std::vector<std::size_t> chosen = chosen_frames(file, video.times_s.size(), choice);
+    for (const std::size_t i : chosen) all.push_back(frame_path(file, i));
+    if (!notes) continue;
+    if (chosen.size() < video.times_s.size())
+      notes->push_back(fmt::format("{}: {} of {} frames are taken (--frames)", file.string(),
+                                   chosen.size(), video.times_s.size()));
+    if (video.is_interlaced)
+      notes->push_back(
+          fmt::format("{}: is interlaced, its odd and even rows are of different "
+                      "times: hold the board still, or record progressively",
+                      file.string()));
+  }
+  return all;
 }
 
 std::string size_text(const ImageSize& size) {
@@ -117,7 +177,40 @@ std::vector<fs::path> files_not_read(const fs::path& folder) {
   return files;
 }
 
-std::vector<fs::path> picture_files(const std::vector<std::string>& arguments) {
+FrameChoice frame_choice(const std::string& text) {
+  if (text.empty() || text == "auto") return {};
+  if (text == "all") return {1, {}};
+  constexpr std::string_view kEvery = "every:";
+  if (text.starts_with(kEvery)) {
+    const std::string count = text.substr(kEvery.size());
+    const auto every = number_of_frame(count);
+    if (!every || *every == 0)
+      throw Error(fmt::format("--frames: every:N needs a number from 1 on, got {}", text));
+    return {*every, {}};
+  }
+  if (!fs::exists(text))
+    throw Error(fmt::format("--frames: must be auto, all, every:N or a file, got {}", text));
+  FrameChoice choice;
+  for_each_line(text, [&](const std::string& line, int number) {
+    const auto frame = number_of_frame(line);
+    if (!frame)
+      throw Error(
+          fmt::format("{}: line {}: must be the number of a frame, got {}", text, number, line));
+    choice.these.push_back(*frame);
+  });
+  if (choice.these.empty()) throw Error(fmt::format("{}: names no frames", text));
+  std::ranges::sort(choice.these);
+  return choice;
+}
+
+std::string picture_name(const fs::path& file) {
+  const auto frame = frame_of(file);
+  if (!frame) return file.filename().string();
+  return frame_path(frame->video.stem(), frame->frame).string();
+}
+
+std::vector<fs::path> picture_files(const std::vector<std::string>& arguments,
+                                    const FrameChoice& frames, std::vector<std::string>* notes) {
   std::vector<fs::path> files;
   for (const std::string& argument : arguments) {
     const bool is_list = argument.starts_with('@') && !fs::exists(argument);
@@ -125,6 +218,7 @@ std::vector<fs::path> picture_files(const std::vector<std::string>& arguments) {
         is_list ? files_of_list(argument.substr(1)) : files_of(argument);
     files.insert(files.end(), more.begin(), more.end());
   }
+  files = with_frames(files, frames, notes);
   std::set<fs::path> seen;
   for (const fs::path& file : files)
     if (!seen.insert(file.lexically_normal()).second)
@@ -137,7 +231,7 @@ Exclusion::Exclusion(const std::vector<std::string>& patterns) {
 }
 
 bool Exclusion::excludes(const fs::path& file) {
-  const std::string path = file.string(), name = file.filename().string();
+  const std::string path = file.string(), name = picture_name(file);
   bool excluded = false;
   for (Pattern& pattern : patterns_) {
     const std::string& text = pattern.text;

@@ -8,16 +8,34 @@
 
 namespace tagcal::tools {
 
-// The picture files that arguments name, each once, in their order: a file; a folder (every picture
-// in it, by name); a pattern with * ? [ ] ('photos/*.png', the files it matches, by name); or
+// Which frames of a video are taken as pictures (frame_path).
+struct FrameChoice {
+  std::size_t every = 0;           // every so manyth; 0: up to kMostFrames, evenly
+  std::vector<std::size_t> these;  // those alone, if not empty
+};
+constexpr std::size_t kMostFrames = 300;  // a limit of work: a minute of detection at most
+
+// "auto", "all", "every:N" or a text file with the number of a frame in each line. Throws Error.
+FrameChoice frame_choice(const std::string& text);
+
+// The name of a picture in answers and files of corners: its file name; of a frame without the
+// ending of the video ("clip@000123").
+std::string picture_name(const std::filesystem::path& file);
+
+// The picture files that arguments name, each once, in their order: a file; a video (its frames); a
+// folder (every picture in it, by name); a pattern with * ? [ ] ('photos/*.png', the files it
+// matches, by name); or
 // @LIST, a text file with one of these a line. Empty lines and lines that begin with # are skipped;
 // a path in a list is relative to the current folder or, if it is not there, to the list's.
-// Pictures are not opened. Throws Error for an argument that names no file, and for a file given
-// twice.
-std::vector<std::filesystem::path> picture_files(const std::vector<std::string>& arguments);
+// Pictures are not opened, videos are. A folder without pictures stands for its videos. `notes`:
+// how many frames are taken of each video, and what it is unsuited for. Throws Error for an
+// argument that names no file, and for a file given twice.
+std::vector<std::filesystem::path> picture_files(const std::vector<std::string>& arguments,
+                                                 const FrameChoice& frames = {},
+                                                 std::vector<std::string>* notes = nullptr);
 
-// Files of a folder that people have beside pictures and that are not read: HEIC, videos, bags.
-// They are opened for the message that says what to do.
+// Files of a folder that people have beside pictures and that are not read: HEIC, bags, and videos
+// beside pictures. They are opened for the message that says what to do.
 std::vector<std::filesystem::path> files_not_read(const std::filesystem::path& folder);
 
 // Patterns that leave out pictures: by file name, or by the given path. Each may have * ? [ ].

@@ -15,8 +15,10 @@
 #include "tagcal/io/image/header_copy.hpp"
 #include "tagcal/io/image/image_codec.hpp"
 #include "tagcal/io/image/image_orientation.hpp"
+#include "tagcal/io/image/video_reader.hpp"
 #include "tagcal/io/text/limits.hpp"
 #include "tagcal/io/text_file.hpp"
+#include "tagcal/io/video_file.hpp"
 
 namespace tagcal {
 using namespace internal;
@@ -36,7 +38,8 @@ std::size_t checked_size(const std::filesystem::path& file) {
   const std::uintmax_t size = std::filesystem::file_size(file, error);
   if (error) throw Error("cannot be read: " + error.message());
   if (size == 0) throw Error("is empty");
-  if (size > limits::kMaxPictureBytes) throw Error("is larger than 1 GiB: take single pictures out of a video or bag");
+  if (size > limits::kMaxPictureBytes)
+    throw Error("is larger than 1 GiB: take single pictures out of a video or bag");
   return static_cast<std::size_t>(size);
 }
 
@@ -188,6 +191,7 @@ std::string encoded(const std::string& kind, const Image<T>& image) {
 
 Image8 read_image(const std::filesystem::path& file) {
   return naming(file, [&] {
+    if (const auto frame = frame_of(file)) return video_reader(frame->video)->grey(frame->frame);
     const std::string bytes = read_bytes(file);
     const auto decoder = image_decoder(bytes);
     return upright(decode_grey8(*decoder), decoder->header().orientation);
@@ -197,13 +201,15 @@ Image8 read_image(const std::filesystem::path& file) {
 Image8 scaled_to_8_bits(const ImageView16& image) { return scaled(image, white_of(image)); }
 
 Picture read_picture(const std::filesystem::path& file) {
-  return naming(file, [&] {
+  return naming(file, [&]() -> Picture {
+    if (const auto frame = frame_of(file)) return video_reader(frame->video)->colour(frame->frame);
     const std::string bytes = read_bytes(file);
     return decode_picture(*image_decoder(bytes));
   });
 }
 
 Picture read_reduced(const std::filesystem::path& file, int least_width) {
+  if (frame_of(file)) return read_picture(file);
   return naming(file, [&] {
     const std::string bytes = read_bytes(file);
     return decode_picture(
@@ -213,6 +219,7 @@ Picture read_reduced(const std::filesystem::path& file, int least_width) {
 
 ImageSize read_image_size(const std::filesystem::path& file) {
   return naming(file, [&] {
+    if (const auto frame = frame_of(file)) return video_reader(frame->video)->video().size;
     const OpenPicture open(file);
     const HeaderCopy copy(open.descriptor(), open.size());
     const ImageDecoder::Header header = image_decoder(copy.bytes())->header();

@@ -9,6 +9,9 @@
 
 namespace tagcal {
 
+// All functions that read take frames of videos, too, by paths as "clip.mp4@000123"
+// (video_file.hpp); those are read in 8 bits.
+
 // Reads a PNG, JPEG, TIFF (the first page), BMP, WebP, PGM or PPM picture (recognised by its first
 // bytes, not by its name) as 8-bit grey. Colour becomes grey by Rec. 601 luma; alpha is ignored.
 // 16-bit values are scaled so that white is the brightest value, or twice the 99.9 % quantile if

@@ -79,4 +79,12 @@ struct CameraFile {
   MatrixX rig_covariance = {};
 };
 
+// What a video says of its frames (video_file.hpp).
+struct Video {
+  ImageSize size;               // of a frame, turned as the video says
+  std::vector<double> times_s;  // of the frames as they are shown, from the first one on
+  bool is_interlaced = false;   // odd and even rows were taken at different times
+  bool is_uneven = false;       // frames do not follow one another at equal times
+};
+
 }  // namespace tagcal

@@ -23,7 +23,7 @@ struct Format {
 };
 
 constexpr const char* kTakeOut =
-    "take pictures out of it, as ffmpeg -i FILE -vf fps=2 %04d.png does";
+    "name one of its frames, FILE@000123, whose FILE ends in .mp4, .mov, .avi, .mkv, .webm or .mjpeg";
 constexpr const char* kFromPhone = "convert it to JPEG, as heif-convert IN OUT.jpg does";
 constexpr const char* kFromBag =
     "take the pictures of the camera's topic out of it, as image_view's image_saver does";

@@ -36,6 +36,8 @@ inline constexpr std::size_t kMaxVignettingTerms = 10;
 inline constexpr std::uintmax_t kMaxPictureBytes = std::uintmax_t{1} << 30;
 inline constexpr std::int64_t kMaxPixels = 100'000'000;
 
+inline constexpr std::size_t kMaxVideoFrames = 1'000'000;
+
 // Pixels for one byte of a file, from kMaxPixelsOfFewBytes on. Deflate makes at most 1032 bytes of
 // one (zlib's technical note), JPEG 256 pixels (two bits for a block of 64); WebP, CCITT and
 // Zstandard make a hundred megapixels of one colour from 50 bytes.

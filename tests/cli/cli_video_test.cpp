@@ -1,0 +1,96 @@
+// Videos among the pictures, from outside.
+#include "cli_fixture.hpp"
+
+namespace tagcal::tools {
+namespace {
+
+class CliVideo : public Cli {
+ protected:
+  void SetUp() override {
+    if (std::system("ffmpeg -version >/dev/null 2>&1") != 0) GTEST_SKIP() << "needs ffmpeg";
+    spill(root() / "scene.yaml",
+          "camera: {image_size: [480, 360], model: pinhole, f: 400}\n"
+          "boards:\n"
+          "  - target: {target_type: aprilgrid, tagCols: 4, tagRows: 4, tagSize: 0.08, tagSpacing: "
+          "0.3}\n"
+          "    world_from_board: {translation_m: [-0.2, -0.2, 0]}\n"
+          "path: {type: dome, min_distance_m: 0.6, max_distance_m: 0.9, min_elevation_deg: 50}\n"
+          "views: 12\n"
+          "sensor: {blur_px: 0.6, noise_levels: 1}\n");
+    const Outcome rendered = run("render " + path("scene.yaml") + " --force --out " + path("set"));
+    ASSERT_EQ(rendered.exit_code, 0) << rendered.err;
+  }
+
+  void encode(const std::string& name, const std::string& options) {
+    const std::string command = "ffmpeg -loglevel error -y -framerate 10 -i " +
+                                path("set/images/%03d.png") + " " + options + " " + path(name);
+    ASSERT_EQ(std::system(command.c_str()), 0) << command;
+  }
+
+  std::string answer(const std::string& pictures, const std::string& options = "") {
+    const Outcome out = run("detect " + pictures + " --target " + path("set/target.yaml") +
+                            " --no-cache --out " + path("corners.csv") + " " + options);
+    EXPECT_EQ(out.exit_code, 0) << out.err;
+    said_ = out.err;
+    return slurp(root() / "corners.csv");
+  }
+
+  std::string said_;
+};
+
+TEST_F(CliVideo, ALosslessOneHasTheCornersOfItsPictures) {
+  encode("clip.mkv", "-c:v ffv1 -pix_fmt gray");
+  const std::string of_pictures = answer(path("set/images"));
+  const std::string of_video = answer(path("clip.mkv"));
+  EXPECT_EQ(std::regex_replace(of_video, std::regex("clip@000"), ""),
+            std::regex_replace(of_pictures, std::regex("\\.png"), ""));
+}
+
+TEST_F(CliVideo, ACalibrationIsWithinItsClaims) {
+  encode("clip.mp4", "-c:v libx264 -crf 23 -pix_fmt yuv420p");
+  const Outcome out = run("calibrate " + path("clip.mp4") + " --target " + path("set/target.yaml") +
+                          " --report " + path("page.html") + " --out " + path("camera.yaml"));
+  ASSERT_EQ(out.exit_code, 0) << out.err << out.out;
+  const Outcome truth =
+      run("validate " + path("camera.yaml") + " --dataset " + path("set") + " --truth");
+  EXPECT_EQ(truth.exit_code, 0) << truth.out << truth.err;
+  EXPECT_NE(slurp(root() / "page.html").find("clip@000003"), std::string::npos);
+}
+
+TEST_F(CliVideo, FramesAreChosen) {
+  encode("clip.mkv", "-c:v ffv1 -pix_fmt gray");
+  const std::string some = answer(path("clip.mkv"), "--frames every:5");
+  EXPECT_NE(said_.find("3 of 12 frames are taken"), std::string::npos) << said_;
+  EXPECT_NE(some.find("clip@000010,"), std::string::npos);
+  EXPECT_EQ(some.find("clip@000004,"), std::string::npos);
+  spill(root() / "frames.txt", "# the good ones\n7\n2\n");
+  const std::string two = answer(path("clip.mkv"), "--frames " + path("frames.txt"));
+  EXPECT_NE(two.find("clip@000007,"), std::string::npos);
+  EXPECT_EQ(two.find("clip@000000,"), std::string::npos);
+  EXPECT_NE(answer(path("clip.mkv") + "@000009").find("clip@000009,"), std::string::npos);
+}
+
+TEST_F(CliVideo, BadInputIsOneLine) {
+  encode("clip.mkv", "-c:v ffv1 -pix_fmt gray");
+  spill(root() / "frames.txt", "3\nthird\n");
+  spill(root() / "beyond.txt", "12\n");
+  spill(root() / "empty.mp4", "");
+  for (const auto& [arguments, message] :
+       {std::pair{path("clip.mkv") + " --frames " + path("frames.txt"),
+                  std::string("line 2: must be the number of a frame, got third")},
+        {path("clip.mkv") + " --frames " + path("beyond.txt"), "has 12 frames"},
+        {path("clip.mkv") + " --frames every:0", "every:N needs a number from 1 on"},
+        {path("clip.mkv") + " --frames some", "must be auto, all, every:N or a file"},
+        {path("empty.mp4"), "is no video"},
+        {path("clip.mkv") + " " + path("clip.mkv"), "given twice"}}) {
+    const Outcome out = run("detect " + arguments + " --target " + path("set/target.yaml") +
+                            " --out " + path("none.csv"));
+    EXPECT_EQ(out.exit_code, 2) << arguments << out.err;
+    EXPECT_NE(out.err.find(message), std::string::npos) << out.err;
+    EXPECT_EQ(std::ranges::count(out.err, '\n'), 1) << out.err;
+    EXPECT_FALSE(fs::exists(root() / "none.csv"));
+  }
+}
+
+}  // namespace
+}  // namespace tagcal::tools
