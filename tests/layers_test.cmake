@@ -36,7 +36,7 @@ set(most_public_headers 68)
 set(rooms_tools job draw report page_data watch commands studies)
 
 set(third_parties ceres glog apriltag opencv2 yaml-cpp png.h jpeglib.h libdeflate.h tiffio.h stb
-                  webp libavformat CLI nlohmann)
+                  webp libavformat libheif CLI nlohmann)
 set(ceres_in estimate study)
 set(glog_in estimate)
 set(apriltag_in detect study)
@@ -50,6 +50,7 @@ set(tiffio.h_in io)
 set(stb_in io)
 set(webp_in io)
 set(libavformat_in io)
+set(libheif_in io)
 set(CLI_in)
 set(nlohmann_in)
 

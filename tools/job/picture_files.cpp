@@ -43,9 +43,8 @@ std::vector<fs::path> matches_of(const std::string& pattern) {
 // Endings of pictures, videos and bags that are not read, which people have beside pictures: they
 // are opened for the message that names them and says what to do.
 bool is_unread_kind(const fs::path& file) {
-  constexpr std::string_view kKinds[] = {".heic", ".heif", ".avif", ".gif",  ".jp2", ".jxl",
-                                         ".cr3",  ".raf",  ".mp4",  ".mov",  ".avi", ".mkv",
-                                         ".webm", ".bag",  ".db3",  ".mcap", ".m4v"};
+  constexpr std::string_view kKinds[] = {".gif", ".jp2", ".jxl",  ".cr3", ".raf", ".mp4",  ".mov",
+                                         ".avi", ".mkv", ".webm", ".bag", ".db3", ".mcap", ".m4v"};
   std::string ending = file.extension().string();
   std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return std::tolower(c); });
   return std::ranges::find(kKinds, ending) != std::end(kKinds);

@@ -34,7 +34,7 @@ std::vector<std::filesystem::path> picture_files(const std::vector<std::string>&
                                                  const FrameChoice& frames = {},
                                                  std::vector<std::string>* notes = nullptr);
 
-// Files of a folder that people have beside pictures and that are not read: HEIC, bags, and videos
+// Files of a folder that people have beside pictures and that are not read: bags, raw files, and videos
 // beside pictures. They are opened for the message that says what to do.
 std::vector<std::filesystem::path> files_not_read(const std::filesystem::path& folder);
 

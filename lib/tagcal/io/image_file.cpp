@@ -24,8 +24,8 @@ namespace tagcal {
 using namespace internal;
 namespace {
 
-constexpr std::string_view kPictureKinds[] = {".png", ".jpg",  ".jpeg", ".tif", ".tiff",
-                                              ".bmp", ".webp", ".pgm",  ".ppm"};
+constexpr std::string_view kPictureKinds[] = {".png",  ".jpg", ".jpeg", ".tif",  ".tiff", ".bmp",
+                                              ".webp", ".pgm", ".ppm",  ".heic", ".heif", ".avif"};
 constexpr int kQuality = 95;  // of JPEG files
 
 // The size of a file that may be a picture.

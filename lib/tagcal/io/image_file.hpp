@@ -12,7 +12,7 @@ namespace tagcal {
 // All functions that read take frames of videos, too, by paths as "clip.mp4@000123"
 // (video_file.hpp); those are read in 8 bits.
 
-// Reads a PNG, JPEG, TIFF (the first page), BMP, WebP, PGM or PPM picture (recognised by its first
+// Reads a PNG, JPEG, TIFF (the first page), BMP, WebP, HEIC, AVIF, PGM or PPM picture (recognised by its first
 // bytes, not by its name) as 8-bit grey. Colour becomes grey by Rec. 601 luma; alpha is ignored.
 // 16-bit values are scaled so that white is the brightest value, or twice the 99.9 % quantile if
 // that is less: a lamp or a hot pixel must not make all others dark. The picture is rotated and
@@ -43,7 +43,7 @@ ImageSize read_image_size(const std::filesystem::path& file);
 void check_pixel_count(std::int64_t width, std::int64_t height);
 
 // Returns true for a name that ends as those of pictures do: .png, .jpg, .jpeg, .tif, .tiff, .bmp,
-// .webp, .pgm, .ppm, in any case.
+// .webp, .heic, .heif, .avif, .pgm, .ppm, in any case.
 bool is_picture_name(const std::filesystem::path& file);
 
 // The files of a folder that have a picture's name, sorted by name; hidden files are not among

@@ -1,43 +1,19 @@
 #include "tagcal/io/image/ffmpeg.hpp"
 
-#include <dlfcn.h>
 #include <fmt/format.h>
 
-#include <string>
-
-#include "tagcal/error.hpp"
+#include "tagcal/io/image/loaded_library.hpp"
 
 namespace tagcal::internal {
 namespace {
 
-// A library that stays loaded.
-class SharedLibrary {
- public:
-  SharedLibrary(const char* name, int version) : name_(fmt::format("lib{}.so.{}", name, version)) {
-    handle_ = ::dlopen(name_.c_str(), RTLD_NOW | RTLD_LOCAL);
-    if (!handle_)
-      throw Error(
-          fmt::format("videos need {} of FFmpeg, which is not installed (Debian: apt "
-                      "install libavformat{} libswscale{})",
-                      name_, LIBAVFORMAT_VERSION_MAJOR, LIBSWSCALE_VERSION_MAJOR));
-  }
-
-  template <typename Function>
-  void find(const char* function, Function*& address) const {
-    address = reinterpret_cast<Function*>(::dlsym(handle_, function));
-    if (!address) throw Error(fmt::format("{} has no function {}", name_, function));
-  }
-
- private:
-  std::string name_;
-  void* handle_ = nullptr;
-};
-
 Ffmpeg load() {
-  const SharedLibrary util("avutil", LIBAVUTIL_VERSION_MAJOR);
-  const SharedLibrary codec("avcodec", LIBAVCODEC_VERSION_MAJOR);
-  const SharedLibrary format("avformat", LIBAVFORMAT_VERSION_MAJOR);
-  const SharedLibrary scale("swscale", LIBSWSCALE_VERSION_MAJOR);
+  const std::string packages = fmt::format("libavformat{} libswscale{}", LIBAVFORMAT_VERSION_MAJOR,
+                                           LIBSWSCALE_VERSION_MAJOR);
+  const LoadedLibrary util("avutil", LIBAVUTIL_VERSION_MAJOR, "videos", packages);
+  const LoadedLibrary codec("avcodec", LIBAVCODEC_VERSION_MAJOR, "videos", packages);
+  const LoadedLibrary format("avformat", LIBAVFORMAT_VERSION_MAJOR, "videos", packages);
+  const LoadedLibrary scale("swscale", LIBSWSCALE_VERSION_MAJOR, "videos", packages);
   Ffmpeg all{};
   format.find("avformat_open_input", all.avformat_open_input);
   format.find("avformat_find_stream_info", all.avformat_find_stream_info);

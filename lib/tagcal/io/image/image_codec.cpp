@@ -24,7 +24,6 @@ struct Format {
 
 constexpr const char* kTakeOut =
     "name one of its frames, FILE@000123, whose FILE ends in .mp4, .mov, .avi, .mkv, .webm or .mjpeg";
-constexpr const char* kFromPhone = "convert it to JPEG, as heif-convert IN OUT.jpg does";
 constexpr const char* kFromBag =
     "take the pictures of the camera's topic out of it, as image_view's image_saver does";
 
@@ -45,10 +44,10 @@ constexpr Format kFormats[] = {
     {"P4"sv, 0, nullptr, "a PBM (of one bit)"},
     {"P7"sv, 0, nullptr, "a PAM"},
     {"GIF8"sv, 0, nullptr, "a GIF"},
-    {"ftyphei"sv, 4, nullptr, "a HEIC picture", kFromPhone},
-    {"ftyphev"sv, 4, nullptr, "a HEIC picture", kFromPhone},
-    {"ftypmif1"sv, 4, nullptr, "a HEIF picture", kFromPhone},
-    {"ftypavif"sv, 4, nullptr, "an AVIF picture"},
+    {"ftyphei"sv, 4, heif_decoder},
+    {"ftyphev"sv, 4, heif_decoder},
+    {"ftypmif1"sv, 4, heif_decoder},
+    {"ftypavif"sv, 4, heif_decoder},
     {"ftypcrx"sv, 4, nullptr, "a raw picture (CR3)"},
     {"ftyp"sv, 4, nullptr, "a video", kTakeOut},
     {"AVI "sv, 8, nullptr, "a video", kTakeOut},
@@ -104,7 +103,7 @@ std::unique_ptr<ImageDecoder> image_decoder(std::string_view bytes) {
     if (format.decoder) return format.decoder(bytes);
     throw Error(fmt::format("is {}, which is not read: {}", format.name, format.advice));
   }
-  throw Error("is not a PNG, JPEG, TIFF, BMP, WebP, PGM or PPM picture, or truncated");
+  throw Error("is not a PNG, JPEG, TIFF, BMP, WebP, HEIC, PGM or PPM picture, or truncated");
 }
 
 }  // namespace tagcal::internal

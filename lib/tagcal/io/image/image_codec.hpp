@@ -56,6 +56,8 @@ std::unique_ptr<ImageDecoder> netpbm_decoder(std::string_view bytes);
 std::unique_ptr<ImageDecoder> tiff_decoder(std::string_view bytes);
 std::unique_ptr<ImageDecoder> bmp_decoder(std::string_view bytes);
 std::unique_ptr<ImageDecoder> webp_decoder(std::string_view bytes);
+// HEIC, HEIF and AVIF. Throws Error if libheif, which is loaded then, is not installed.
+std::unique_ptr<ImageDecoder> heif_decoder(std::string_view bytes);
 
 // Decoder of the format that the first bytes name.
 std::unique_ptr<ImageDecoder> image_decoder(std::string_view bytes);
