@@ -100,3 +100,42 @@ def test_wrong_arguments_are_named() -> None:
             tagcal.calibrate_rig(sets, **arguments)  # type: ignore[arg-type]
     with pytest.raises(tagcal.Error):
         tagcal.calibrate_rig([])
+
+
+def test_a_rectified_pair_is_that_of_opencv() -> None:
+    sets = datasets()
+    rig = tagcal.known_rig(tagcal.calibrate_rig(sets, model="pinhole"))
+    pair = tagcal.rectify(rig)
+    left, right = rig.cameras
+    right_from_left = right.camera_from_rig
+    matrices = []
+    for camera in left.camera, right.camera:
+        fx, fy, cx, cy = list(camera.parameters.values())[:4]
+        matrices.append(np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]]))
+    r1, r2, p1, p2, q = cv2.stereoRectify(
+        matrices[0], None, matrices[1], None, SIZE, right_from_left.rotation_matrix,
+        right_from_left.translation, alpha=-1)[:5]
+    for ours, theirs in zip([*pair.R, *pair.P, pair.Q], [r1, r2, p1, p2, q]):
+        assert np.allclose(ours, theirs, rtol=0, atol=1e-4)
+    first, second = (s.views[3].pixels[7] for s in sets)
+    found = tagcal.vertical_disparity(rig, pair, first, second, sigma_px=0.1)
+    assert abs(found.difference_px) < 5 * found.sigma_px
+    assert tagcal.rectify(rig, longlat=True).targets[0].kind == "transverse"
+    with pytest.raises(tagcal.Error, match="alpha must be from 0 to 1"):
+        tagcal.rectify(rig, alpha=2)
+
+
+def test_triangulates_a_corner() -> None:
+    sets = datasets()
+    rig = tagcal.known_rig(tagcal.calibrate_rig(sets))
+    views = [s.views[3] for s in sets]
+    point = tagcal.triangulate(rig, [v.pixels[7] for v in views], sigma_px=0.1)
+    assert point.status == "ok"
+    pose = tagcal.estimate_rig_pose(views, sets[0].target, rig).rig.camera_from_target
+    board = tagcal.Board.checkerboard(9, 6, 0.05)
+    off = point.x - (pose.rotation_matrix @ board.positions[7] + pose.translation)
+    assert off @ np.linalg.solve(point.covariance, off) < 25
+    assert point.contradicting == []
+    assert tagcal.triangulate(rig, [views[0].pixels[7], None]).status == "few_cameras"
+    with pytest.raises(tagcal.Error, match="must have 2 items"):
+        tagcal.triangulate(rig, [None])
