@@ -103,26 +103,30 @@ def test_wrong_arguments_are_named() -> None:
 
 
 def test_a_rectified_pair_is_that_of_opencv() -> None:
-    sets = datasets()
-    rig = tagcal.known_rig(tagcal.calibrate_rig(sets, model="pinhole"))
+    cameras = [tagcal.Camera.pinhole(600, 601, 320, 240, SIZE),
+               tagcal.Camera.pinhole(610, 612, 330, 238, SIZE)]
+    rotation, translation = cv2.Rodrigues(SECOND_FROM_FIRST[0])[0], SECOND_FROM_FIRST[1]
+    matrix = np.vstack([np.hstack([rotation, translation]), [0, 0, 0, 1]])
+    rig = tagcal.KnownRig(cameras, [np.eye(4), matrix])
     pair = tagcal.rectify(rig)
-    left, right = rig.cameras
-    right_from_left = right.camera_from_rig
-    matrices = []
-    for camera in left.camera, right.camera:
-        fx, fy, cx, cy = list(camera.parameters.values())[:4]
-        matrices.append(np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]]))
-    r1, r2, p1, p2, q = cv2.stereoRectify(
-        matrices[0], None, matrices[1], None, SIZE, right_from_left.rotation_matrix,
-        right_from_left.translation, alpha=-1)[:5]
-    for ours, theirs in zip([*pair.R, *pair.P, pair.Q], [r1, r2, p1, p2, q]):
-        assert np.allclose(ours, theirs, rtol=0, atol=1e-4)
-    first, second = (s.views[3].pixels[7] for s in sets)
-    found = tagcal.vertical_disparity(rig, pair, first, second, sigma_px=0.1)
-    assert abs(found.difference_px) < 5 * found.sigma_px
+    matrices = [np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1.0]])
+                for fx, fy, cx, cy in [(600, 601, 320, 240), (610, 612, 330, 238)]]
+    none = np.zeros(5)
+    theirs = cv2.stereoRectify(matrices[0], none, matrices[1], none, SIZE, rotation, translation,
+                               alpha=-1)[:5]
+    for ours, their in zip([*pair.R, *pair.P, pair.Q], theirs):
+        assert np.allclose(ours, their, rtol=0, atol=1e-9)
+    x = np.array([0.1, 0.2, 2])
+    pixels = [camera.project(x[None])[0] if camera is cameras[0]
+              else camera.project((rotation @ x + translation[:, 0])[None])[0] for camera in cameras]
+    found = tagcal.vertical_disparity(rig, pair, *pixels, sigma_px=0.1)
+    assert abs(found.difference_px) < 1e-9 < found.sigma_px
+    assert found.sigma_of_rig_px == 0
     assert tagcal.rectify(rig, longlat=True).targets[0].kind == "transverse"
     with pytest.raises(tagcal.Error, match="alpha must be from 0 to 1"):
         tagcal.rectify(rig, alpha=2)
+    with pytest.raises(tagcal.Error, match="of pinholes only"):
+        print(tagcal.rectify(rig, longlat=True).Q)
 
 
 def test_triangulates_a_corner() -> None:
