@@ -10,7 +10,7 @@
 #   3. A third party stays in its layers, or in its room.
 #   4. A header in a layer's own folder is public (installed): it includes nothing but the standard
 #      library, Eigen and public headers, and with Eigen, be it through others, geometry/pose.hpp,
-#      which refuses an alignment of other flags. At most 66 of them.
+#      which refuses an alignment of other flags. At most 70 of them.
 #   5. What stands in a sub-room is in the namespace tagcal::internal.
 #   6. A room of the tools includes itself and rooms to the left.
 cmake_minimum_required(VERSION 3.23)
@@ -31,7 +31,7 @@ set(types_in_io types)
 set(text_in_io text_file)
 set(yaml_in_io target_file)
 set(image_in_io image_file video_file)
-set(most_public_headers 68)
+set(most_public_headers 71)
 # `studies` is tagcal-study.
 set(rooms_tools job draw report page_data watch commands studies)
 

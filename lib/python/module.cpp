@@ -53,6 +53,7 @@ PYBIND11_MODULE(_core, m) {
   bind_rig(m);
   bind_uncertainty(m);
   bind_reproject(m);
+  bind_stereo(m);
   bind_files(m);
   bind_validate(m);
 

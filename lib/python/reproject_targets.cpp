@@ -21,10 +21,13 @@ using Width = std::pair<int, int>;
 PanoramaKind panorama_kind(const std::string& name) {
   if (name == "equirectangular") return PanoramaKind::equirectangular;
   if (name == "cylindrical") return PanoramaKind::cylindrical;
-  throw Error("kind: must be \"equirectangular\" or \"cylindrical\", got \"" + name + "\"");
+  if (name == "transverse") return PanoramaKind::transverse;
+  throw Error("kind: must be \"equirectangular\", \"cylindrical\" or \"transverse\", got \"" +
+              name + "\"");
 }
 
 std::string kind_name(const Panorama& panorama) {
+  if (panorama.kind == PanoramaKind::transverse) return "transverse";
   return panorama.kind == PanoramaKind::equirectangular ? "equirectangular" : "cylindrical";
 }
 
@@ -120,7 +123,10 @@ void bind_panorama(py::module_& m) {
                    "px_per_rad, positive to the right of z; row v is centre[1] + px_per_rad * "
                    "latitude (\"equirectangular\") or tan(latitude) (\"cylindrical\"), positive "
                    "downwards.")
-      .field("kind", &kind_name, "\"equirectangular\" or \"cylindrical\".")
+      .field("kind", &kind_name,
+             "\"equirectangular\", \"cylindrical\", or \"transverse\": equirectangular about the x "
+             "axis, "
+             "with rows and columns exchanged.")
       .field("px_per_rad", &Panorama::px_per_rad, "Pixels per radian of its middle.")
       .field("centre", &Panorama::centre, "(2,): the pixel of the direction z.")
       .field(

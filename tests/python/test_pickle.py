@@ -45,6 +45,7 @@ def results() -> dict[type, object]:
     rig_sets = datasets(6)
     rig = tagcal.calibrate_rig(rig_sets)
     seen_by_rig = [s.views[0] for s in rig_sets]
+    rig_pixels = [view.pixels[0] for view in seen_by_rig]
     everything = [
         folder, calibration, weak, sensor, view,
         calibration.uncertain_camera,
@@ -61,6 +62,10 @@ def results() -> dict[type, object]:
         tagcal.estimate_pose_and_focal(*(x[0] for x in dataset.to_points()), dataset.size),
         rig, tagcal.known_rig(rig),
         tagcal.estimate_rig_pose(seen_by_rig, rig_sets[0].target, tagcal.known_rig(rig)),
+        tagcal.rectify(tagcal.known_rig(rig)),
+        tagcal.vertical_disparity(
+            tagcal.known_rig(rig), tagcal.rectify(tagcal.known_rig(rig)), *rig_pixels),
+        tagcal.triangulate(tagcal.known_rig(rig), rig_pixels),
         tagcal.diff(calibration, dataset.truth.camera),
         tagcal.select_views(dataset, calibration, 2),
         tagcal.advise(dataset, calibration),

@@ -100,3 +100,46 @@ def test_wrong_arguments_are_named() -> None:
             tagcal.calibrate_rig(sets, **arguments)  # type: ignore[arg-type]
     with pytest.raises(tagcal.Error):
         tagcal.calibrate_rig([])
+
+
+def test_a_rectified_pair_is_that_of_opencv() -> None:
+    cameras = [tagcal.Camera.pinhole(600, 601, 320, 240, SIZE),
+               tagcal.Camera.pinhole(610, 612, 330, 238, SIZE)]
+    rotation, translation = cv2.Rodrigues(SECOND_FROM_FIRST[0])[0], SECOND_FROM_FIRST[1]
+    matrix = np.vstack([np.hstack([rotation, translation]), [0, 0, 0, 1]])
+    rig = tagcal.KnownRig(cameras, [np.eye(4), matrix])
+    pair = tagcal.rectify(rig)
+    matrices = [np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1.0]])
+                for fx, fy, cx, cy in [(600, 601, 320, 240), (610, 612, 330, 238)]]
+    none = np.zeros(5)
+    theirs = cv2.stereoRectify(matrices[0], none, matrices[1], none, SIZE, rotation, translation,
+                               alpha=-1)[:5]
+    for ours, their in zip([*pair.R, *pair.P, pair.Q], theirs):
+        assert np.allclose(ours, their, rtol=0, atol=1e-9)
+    x = np.array([0.1, 0.2, 2])
+    pixels = [camera.project(x[None])[0] if camera is cameras[0]
+              else camera.project((rotation @ x + translation[:, 0])[None])[0] for camera in cameras]
+    found = tagcal.vertical_disparity(rig, pair, *pixels, sigma_px=0.1)
+    assert abs(found.difference_px) < 1e-9 < found.sigma_px
+    assert found.sigma_of_rig_px == 0
+    assert tagcal.rectify(rig, longlat=True).targets[0].kind == "transverse"
+    with pytest.raises(tagcal.Error, match="alpha must be from 0 to 1"):
+        tagcal.rectify(rig, alpha=2)
+    with pytest.raises(tagcal.Error, match="of pinholes only"):
+        print(tagcal.rectify(rig, longlat=True).Q)
+
+
+def test_triangulates_a_corner() -> None:
+    sets = datasets()
+    rig = tagcal.known_rig(tagcal.calibrate_rig(sets))
+    views = [s.views[3] for s in sets]
+    point = tagcal.triangulate(rig, [v.pixels[7] for v in views], sigma_px=0.1)
+    assert point.status == "ok"
+    pose = tagcal.estimate_rig_pose(views, sets[0].target, rig).rig.camera_from_target
+    board = tagcal.Board.checkerboard(9, 6, 0.05)
+    off = point.x - (pose.rotation_matrix @ board.positions[7] + pose.translation)
+    assert off @ np.linalg.solve(point.covariance, off) < 25
+    assert point.contradicting == []
+    assert tagcal.triangulate(rig, [views[0].pixels[7], None]).status == "few_cameras"
+    with pytest.raises(tagcal.Error, match="must have 2 items"):
+        tagcal.triangulate(rig, [None])

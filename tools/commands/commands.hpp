@@ -21,6 +21,7 @@ Command add_convert(CLI::App& app);
 Command add_reproject(CLI::App& app);
 Command add_project(CLI::App& app);
 Command add_unproject(CLI::App& app);
+Command add_triangulate(CLI::App& app);
 Command add_completion(CLI::App& app);
 
 }  // namespace tagcal::tools

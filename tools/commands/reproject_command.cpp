@@ -6,11 +6,13 @@
 #include <vector>
 
 #include "commands/commands.hpp"
+#include "commands/rectify_run.hpp"
 #include "commands/reproject_run.hpp"
 #include "job/arguments.hpp"
 #include "job/camera_input.hpp"
 #include "job/messages.hpp"
 #include "job/output_folder.hpp"
+#include "job/outputs.hpp"
 #include "tagcal/error.hpp"
 
 namespace tagcal::tools {
@@ -18,25 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Refuses to replace files, what the command reads even with --force.
-void check_not_replaced(const ReprojectArguments& arguments, const std::vector<fs::path>& files) {
-  std::error_code none;
-  for (const fs::path& name : files) {
-    const fs::path file = fs::path(arguments.out) / name;
-    if (!fs::exists(file, none)) continue;
-    std::vector<std::string> sources = arguments.images;
-    sources.insert(sources.end(), {arguments.camera, arguments.task.to_camera, arguments.target});
-    for (const std::string& source : sources)
-      if (!source.empty() && fs::equivalent(file, source, none))
-        throw Error(fmt::format("{}: would be replaced by the result: take another --out", source));
-    if (!arguments.force)
-      throw Error(
-          fmt::format("{}: exists: take another --out, or --force to replace it", file.string()));
-  }
-}
-
 void check_usage(const ReprojectArguments& arguments) {
-  check_task(arguments.task);
   if (arguments.images.empty() && !arguments.maps && !arguments.mask)
     throw Error("no pictures given: name them, or ask for --maps or --mask");
   if (arguments.task.plane) {
@@ -56,6 +40,12 @@ void check_usage(const ReprojectArguments& arguments) {
 }
 
 int run(const ReprojectArguments& arguments) {
+  check_task(arguments.task);
+  if (!arguments.task.rectify.empty()) return run_rectify(arguments);
+  if (arguments.out.empty())
+    throw Error(
+        "needs --out: folder for the new pictures and their camera.yaml; see tagcal reproject "
+        "--help");
   check_usage(arguments);
   const CalibrationFile file = read_camera(arguments.camera);
   ReprojectRun reprojection(arguments, file);
@@ -64,7 +54,9 @@ int run(const ReprojectArguments& arguments) {
     print_to_stderr("no picture shows the target: nothing was written\n");
     return kNoAnswer;
   }
-  check_not_replaced(arguments, reprojection.files());
+  std::vector<fs::path> inputs(arguments.images.begin(), arguments.images.end());
+  inputs.insert(inputs.end(), {arguments.camera, arguments.task.to_camera, arguments.target});
+  check_new_files(arguments.out, reprojection.files(), inputs, arguments.force);
   OutputFolder folder(arguments.out, OutputFolder::Taken::by_any_folder);
   reprojection.write(folder.path());
   folder.publish();
@@ -94,8 +86,24 @@ void add_tasks(CLI::App& command, ReprojectTask& task) {
   add_option(command, "--panorama", task.panorama, "equirectangular or cylindrical")
       .one_of({"equirectangular", "cylindrical"})
       .text("KIND");
+  add_option(command, "--rectify", task.rectify,
+             "two cameras of a rig (IMAGE: a folder or picture each) with epipolar lines as equal "
+             "rows; instead of --out")
+      .text("DIR");
+  add_option(command, "--alpha", task.alpha,
+             "of --rectify: 0: only what the cameras see, to 1: all of it (as they magnify)")
+      .text("A");
+  add_flag(command, "--longlat", task.longlat,
+           "of --rectify, for wide lenses: rows are angles about the baseline")
+      .seldom();
+  add_option(command, "--cameras", task.cameras,
+             "of --rectify: the cameras of the rig (the names of the folders)")
+      .text("LEFT,RIGHT")
+      .separated_by(',')
+      .seldom();
   add_option(command, "--size", task.size, "size of the undistorted picture (the camera's)")
-      .text("WxH");
+      .text("WxH")
+      .seldom();
   add_positive(command, "--px-per-deg", task.px_per_deg,
                "resolution of a panorama (that of the camera's middle)")
       .seldom();
@@ -103,6 +111,7 @@ void add_tasks(CLI::App& command, ReprojectTask& task) {
   add_option(command, "--rectangle", task.rectangle,
              "part of the plane in metres, in the board's frame (the board and a tenth more)")
       .text("X0,Y0,X1,Y1")
+      .seldom()
       .separated_by(',');
   add_option(command, "--tiles", task.tiles, "cut the new picture into tiles, one folder each")
       .text("WxH")
@@ -113,17 +122,18 @@ void add_tasks(CLI::App& command, ReprojectTask& task) {
 
 Command add_reproject(CLI::App& app) {
   CLI::App* command = add_command(
-      app, "reproject", "pictures as another camera, a panorama or a plane would show them");
+      app, "reproject",
+      "pictures as another camera, a rectified pair, a panorama or a plane would show them");
   const auto arguments = std::make_shared<ReprojectArguments>();
   add_option(*command, "IMAGE", arguments->images, "pictures of the camera");
   add_option(*command, "--camera", arguments->camera, "the camera's calibration")
       .text("C.yaml")
       .required();
   add_option(*command, "--out", arguments->out, "folder for the new pictures and their camera.yaml")
-      .text("DIR")
-      .required();
+      .text("DIR");
   add_tasks(*command, arguments->task);
-  add_option(*command, "--target", arguments->target, "the board on the plane: a target file")
+  add_option(*command, "--target", arguments->target,
+             "the board on the plane, or before the rig: a target file")
       .text("T.yaml");
   add_option(*command, "--view", arguments->view,
              "take the plane's pose from this view of the camera file")
@@ -144,8 +154,7 @@ Command add_reproject(CLI::App& app) {
   add_threads(*command, arguments->threads);
   add_footer(*command,
              "Example: tagcal reproject --camera c.yaml photo.jpg --undistort all --out flat\n"
-             "         tagcal reproject --camera c.yaml photo.jpg --plane --target b.yaml \\\n"
-             "                          --m-per-px 0.001 --out top");
+             "         tagcal reproject left right --camera rig.yaml --rectify flat");
   return {command, [arguments] { return run(*arguments); }, true};
 }
 

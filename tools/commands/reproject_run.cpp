@@ -51,18 +51,18 @@ ReprojectRun::ReprojectRun(const ReprojectArguments& arguments, const Calibratio
     : arguments_(arguments),
       file_(file),
       camera_(file.camera),
-      pictures_(pictures_of(arguments, file.camera)) {}
+      pictures_(new_pictures({arguments.images.begin(), arguments.images.end()}, file.camera,
+                             arguments.camera)) {}
 
-ReprojectRun::Pictures ReprojectRun::pictures_of(const ReprojectArguments& arguments,
-                                                 const Camera& camera) {
-  Pictures pictures;
+NewPictures new_pictures(const std::vector<fs::path>& files, const Camera& camera,
+                         const std::string& camera_file) {
+  NewPictures pictures;
   std::set<std::string> used;
-  for (const std::string& image : arguments.images) {
-    const fs::path file = image;
+  for (const fs::path& file : files) {
     const ImageSize size = read_image_size(file);
     if (size != camera.image_size)
-      throw Error(fmt::format("{}: must be {}x{} pixels as {} says, got {}x{}", image,
-                              camera.image_size.width, camera.image_size.height, arguments.camera,
+      throw Error(fmt::format("{}: must be {}x{} pixels as {} says, got {}x{}", file.string(),
+                              camera.image_size.width, camera.image_size.height, camera_file,
                               size.width, size.height));
     std::string name = file.stem().string() + ".png";
     for (int i = 2; !used.insert(name).second; ++i)
@@ -71,6 +71,20 @@ ReprojectRun::Pictures ReprojectRun::pictures_of(const ReprojectArguments& argum
     pictures.names.push_back(name);
   }
   return pictures;
+}
+
+void write_reprojected(const fs::path& source, const Reprojection& chain,
+                       const ReprojectArguments& arguments, int threads, const fs::path& file,
+                       const fs::path& mask) {
+  const ResampleOptions options{interpolation_of(arguments.interpolation), true, threads};
+  std::visit(
+      [&]<typename T>(const Image<T>& picture) {
+        const Resampled<T> result =
+            reproject(picture, chain, options, border_pixel<T>(arguments.border));
+        write_png(file, result.image);
+        if (!mask.empty()) write_png(mask, result.seen);
+      },
+      read_picture(source));
 }
 
 void ReprojectRun::plan() {
@@ -166,16 +180,10 @@ Image8 ReprojectRun::seen_mask(const Reprojection& chain) const {
 }
 
 void ReprojectRun::write_picture(const fs::path& folder, const Job& job, int threads) const {
-  const ResampleOptions options{interpolation_of(arguments_.interpolation), true, threads};
   const Reprojection chain{camera_, targets_[job.target].target, job.camera_from_target};
-  std::visit(
-      [&]<typename T>(const Image<T>& picture) {
-        const Resampled<T> result =
-            reproject(picture, chain, options, border_pixel<T>(arguments_.border));
-        write_png(folder / file_of(job), result.image);
-        if (arguments_.mask && arguments_.task.plane) write_png(folder / mask_of(job), result.seen);
-      },
-      read_picture(pictures_.files[job.picture]));
+  const bool has_mask = arguments_.mask && arguments_.task.plane;
+  write_reprojected(pictures_.files[job.picture], chain, arguments_, threads, folder / file_of(job),
+                    has_mask ? folder / mask_of(job) : fs::path());
 }
 
 void ReprojectRun::say_report() const {

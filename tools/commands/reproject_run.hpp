@@ -27,6 +27,21 @@ struct ReprojectArguments {
   int threads = 0;
 };
 
+// Pictures that a camera took.
+struct NewPictures {
+  std::vector<std::filesystem::path> files;
+  std::vector<std::string> names;  // of the new pictures
+};
+
+// Throws Error if a picture has another size than the camera, which `camera_file` says.
+NewPictures new_pictures(const std::vector<std::filesystem::path>& files, const Camera& camera,
+                         const std::string& camera_file);
+
+// Writes the picture `source` through `chain`, and what is seen of it unless `mask` is empty.
+void write_reprojected(const std::filesystem::path& source, const Reprojection& chain,
+                       const ReprojectArguments& arguments, int threads,
+                       const std::filesystem::path& file, const std::filesystem::path& mask = {});
+
 // One run of `tagcal reproject`: what it will write, and the writing.
 class ReprojectRun {
  public:
@@ -53,13 +68,6 @@ class ReprojectRun {
     Pose camera_from_target;
   };
 
-  // The pictures of a run, which the camera took.
-  struct Pictures {
-    std::vector<std::filesystem::path> files;
-    std::vector<std::string> names;  // of the new pictures
-  };
-
-  static Pictures pictures_of(const ReprojectArguments& arguments, const Camera& camera);
   void plan_plane();
   std::filesystem::path file_of(const Job& job) const;
   std::filesystem::path mask_of(const Job& job) const;
@@ -71,7 +79,7 @@ class ReprojectRun {
   const ReprojectArguments& arguments_;
   const CalibrationFile& file_;
   const Camera& camera_;
-  Pictures pictures_;
+  NewPictures pictures_;
   std::vector<ReprojectTarget> targets_;
   std::vector<NamedPoses> poses_;  // of each target
   std::vector<Job> jobs_;

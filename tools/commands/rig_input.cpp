@@ -35,27 +35,6 @@ Input camera_input(const RigInputArguments& arguments, std::size_t camera) {
   return read;
 }
 
-// Names of the cameras: the last part of the paths that differs, without what a pattern leaves
-// open.
-std::vector<std::string> camera_names(const std::vector<std::string>& inputs) {
-  std::vector<fs::path> paths;
-  for (const std::string& input : inputs) paths.push_back(folder_path(input));
-  const auto equal = [&] {
-    return std::ranges::all_of(paths, [&](const fs::path& path) {
-      return path.has_relative_path() && path.filename() == paths.front().filename();
-    });
-  };
-  while (equal())
-    for (fs::path& path : paths) path = path.parent_path();
-  std::vector<std::string> names;
-  for (const fs::path& path : paths) {
-    const std::string name = path.filename().string();
-    const std::size_t open = name.find_first_of("*?[");
-    names.push_back(open == std::string::npos || open == 0 ? name : name.substr(0, open));
-  }
-  return names;
-}
-
 void check_folders(const std::vector<std::string>& folders) {
   if (folders.size() < 2)
     throw Error("rig: needs the folders of two cameras or more, or a data set with the key rig");
@@ -93,6 +72,25 @@ std::vector<Instant> paired(const RigInputArguments& arguments,
 }
 
 }  // namespace
+
+std::vector<std::string> camera_names(const std::vector<std::string>& inputs) {
+  std::vector<fs::path> paths;
+  for (const std::string& input : inputs) paths.push_back(folder_path(input));
+  const auto equal = [&] {
+    return std::ranges::all_of(paths, [&](const fs::path& path) {
+      return path.has_relative_path() && path.filename() == paths.front().filename();
+    });
+  };
+  while (equal())
+    for (fs::path& path : paths) path = path.parent_path();
+  std::vector<std::string> names;
+  for (const fs::path& path : paths) {
+    const std::string name = path.filename().string();
+    const std::size_t open = name.find_first_of("*?[");
+    names.push_back(open == std::string::npos || open == 0 ? name : name.substr(0, open));
+  }
+  return names;
+}
 
 RigDataset read_rig(const RigInputArguments& arguments) {
   const std::vector<std::string>& inputs = arguments.input.inputs;

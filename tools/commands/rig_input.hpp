@@ -22,6 +22,10 @@ struct RigInputArguments {
 // camera. Prints the warnings of reading. Throws Error.
 RigDataset read_rig(const RigInputArguments& arguments);
 
+// Names of the cameras of folders or patterns: the last part of the paths that differs, without
+// what a pattern leaves open.
+std::vector<std::string> camera_names(const std::vector<std::string>& inputs);
+
 // --pair; `more`: further values.
 Option add_pair(CLI::App& command, std::string& pair, const std::string& more = "");
 

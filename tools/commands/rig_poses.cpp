@@ -54,8 +54,7 @@ PoseReport report_of(const RigPoseEstimate& estimate, const KnownRig& rig,
 KnownRig rig_of(const RigDataset& data, const CameraFile& file, const std::string& name) {
   print_notes(name, file.notes);
   const KnownRig all = known_rig(file, name);
-  KnownRig rig;
-  std::vector<Eigen::Index> rows, rows_of_lenses;
+  std::vector<std::size_t> cameras;
   std::string names;
   for (const KnownRig::Member& member : all.cameras)
     names += (names.empty() ? "" : ", ") + member.name;
@@ -69,15 +68,9 @@ KnownRig rig_of(const RigDataset& data, const CameraFile& file, const std::strin
           "{}: the image size of {} must be {}x{} as in its pictures, got {}x{}", name, camera.name,
           camera.data.image_size.width, camera.data.image_size.height,
           found->camera.camera.image_size.width, found->camera.camera.image_size.height));
-    rig.cameras.push_back(*found);
-    const auto at = found - all.cameras.begin();
-    for (Eigen::Index i = 0; i < 6; ++i) rows.push_back(6 * at + i);
-    for (Eigen::Index i = 0; i < found->camera.num_free(); ++i)
-      rows_of_lenses.push_back(all.first_of_lens(static_cast<std::size_t>(at)) + i);
+    cameras.push_back(static_cast<std::size_t>(found - all.cameras.begin()));
   }
-  rows.insert(rows.end(), rows_of_lenses.begin(), rows_of_lenses.end());
-  if (all.covariance.size() > 0) rig.covariance = all.covariance(rows, rows);
-  return rig;
+  return selected(all, cameras);
 }
 
 std::vector<PoseReport> poses_of_rig(const RigInputArguments& arguments, const std::string& file,

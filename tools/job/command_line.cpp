@@ -168,7 +168,7 @@ class GroupedFormatter : public CLI::Formatter {
   }
 
   static std::string commands_text(const CLI::App& app) {
-    constexpr std::size_t kWidth = 14;
+    constexpr std::size_t kWidth = 15;
     std::string text;
     for (const CLI::App* command : commands_of(app))
       text += line(command->get_name(), command->get_description(), kWidth);

@@ -66,4 +66,20 @@ void check_replaces_nothing(const std::vector<fs::path>& outputs,
   }
 }
 
+void check_new_files(const fs::path& folder, const std::vector<fs::path>& files,
+                     const std::vector<fs::path>& inputs, bool force) {
+  std::error_code none;
+  for (const fs::path& name : files) {
+    const fs::path file = folder / name;
+    if (!fs::exists(file, none)) continue;
+    for (const fs::path& input : inputs)
+      if (!input.empty() && fs::equivalent(file, input, none))
+        throw Error(
+            fmt::format("{}: would be replaced by the result: take another --out", input.string()));
+    if (!force)
+      throw Error(
+          fmt::format("{}: exists: take another --out, or --force to replace it", file.string()));
+  }
+}
+
 }  // namespace tagcal::tools

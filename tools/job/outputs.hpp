@@ -19,4 +19,10 @@ void check_text_writable(const std::filesystem::path& file);
 void check_replaces_nothing(const std::vector<std::filesystem::path>& outputs,
                             const std::vector<std::filesystem::path>& inputs);
 
+// Throws Error if one of the files, relative to a folder, exists, unless `force`; with it, too, if
+// it is one of the inputs.
+void check_new_files(const std::filesystem::path& folder,
+                     const std::vector<std::filesystem::path>& files,
+                     const std::vector<std::filesystem::path>& inputs, bool force);
+
 }  // namespace tagcal::tools

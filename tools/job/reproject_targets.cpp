@@ -112,18 +112,26 @@ std::vector<double> numbers_argument(const std::string& option,
 }
 
 void check_task(const ReprojectTask& task) {
+  const bool rectify = !task.rectify.empty();
   const int tasks = !task.undistort.empty() + !task.to_camera.empty() + task.plane +
-                    (task.pinholes > 0) + !task.panorama.empty();
+                    (task.pinholes > 0) + !task.panorama.empty() + rectify;
   if (tasks > 1)
     throw Error(
-        "--undistort, --to-camera, --plane, --pinholes, --panorama: only one of them is possible");
+        "--undistort, --to-camera, --plane, --pinholes, --panorama, --rectify: only one of them is "
+        "possible");
   if (task.pinholes > kMostPinholes)
     throw Error(
         fmt::format("--pinholes: must be {} at most, got {}", kMostPinholes, task.pinholes));
   if (tasks == 0 && task.rotate.empty())
     throw Error(
-        "one of --undistort, --to-camera, --rotate, --plane, --pinholes, --panorama is needed");
-  check_belongs(!task.rotate.empty(), "--rotate", !task.plane, "the tasks other than --plane");
+        "one of --undistort, --to-camera, --rotate, --plane, --pinholes, --panorama, --rectify is "
+        "needed");
+  check_belongs(!task.rotate.empty(), "--rotate", !task.plane && !rectify,
+                "the tasks other than --plane and --rectify");
+  check_belongs(!task.tiles.empty(), "--tiles", !rectify, "the tasks other than --rectify");
+  check_belongs(!task.alpha.empty(), "--alpha", rectify, "--rectify");
+  check_belongs(task.longlat, "--longlat", rectify, "--rectify");
+  check_belongs(!task.cameras.empty(), "--cameras", rectify, "--rectify");
   check_belongs(!task.size.empty(), "--size", !task.undistort.empty(), "--undistort");
   check_belongs(task.px_per_deg > 0, "--px-per-deg", !task.panorama.empty(), "--panorama");
   check_belongs(!task.rectangle.empty(), "--rectangle", task.plane, "--plane");

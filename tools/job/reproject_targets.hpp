@@ -14,6 +14,10 @@ struct ReprojectTask {
   bool plane = false;
   int pinholes = 0;
   std::string panorama;                // equirectangular or cylindrical
+  std::string rectify;                 // a folder
+  std::string alpha;                   // of rectify
+  bool longlat = false;                // of rectify
+  std::vector<std::string> cameras;    // of rectify
   std::vector<std::string> rotate;     // roll, pitch, yaw in degrees
   std::string size;                    // WxH of the new picture
   double px_per_deg = 0;               // of a panorama

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <bit>
+#include <cmath>
 #include <cstring>
 
 #include "tagcal/io/calibration_file.hpp"
@@ -60,12 +61,22 @@ std::string camera_yaml(const Camera& camera) {
          fmt::format("model: \"{}\"\n", model_of(camera.lens));
 }
 
+const char* kind_of_panorama(const Panorama& p) {
+  switch (p.kind) {
+    case PanoramaKind::cylindrical:
+      return "cylindrical";
+    case PanoramaKind::transverse:
+      return "transverse";
+    default:
+      return "equirectangular";
+  }
+}
+
 std::string panorama_yaml(const Panorama& p) {
   return fmt::format(
       "panorama: {}\nimage_width: {}\nimage_height: {}\npx_per_rad: {}\n"
       "centre_px: [{}, {}]\n",
-      p.kind == PanoramaKind::cylindrical ? "cylindrical" : "equirectangular", p.size.width,
-      p.size.height, p.px_per_rad, p.centre.x(), p.centre.y());
+      kind_of_panorama(p), p.size.width, p.size.height, p.px_per_rad, p.centre.x(), p.centre.y());
 }
 
 std::string plane_yaml(const PlaneRaster& p) {
@@ -102,6 +113,31 @@ std::string target_yaml(const Target& target, const NamedPoses& poses,
     text += plane_yaml(std::get<PlaneRaster>(target));
   return text + fmt::format("source_camera: {}\n", quoted_yaml(source_camera)) +
          poses_yaml(target, poses);
+}
+
+std::string rectified_yaml(const RectifiedPair& pair, const std::array<std::string, 2>& names) {
+  const ImageSize size = size_of(pair.targets[0]);
+  std::string text =
+      fmt::format("%YAML:1.0\n---\nimage_width: {}\nimage_height: {}\n", size.width, size.height);
+  for (std::size_t k = 0; k < 2; ++k)
+    text += fmt::format("camera{}: {}\n", k + 1, quoted_yaml(names[k]));
+  text += fmt::format("baseline_m: {}\nepipolar_lines: {}\n", std::abs(pair.translation_m),
+                      pair.is_vertical ? "columns" : "rows");
+  const auto add = [&](const std::string& key, const auto& matrix) {
+    const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> rows = matrix;
+    text += matrix_yaml(key.c_str(), static_cast<int>(rows.rows()),
+                        {rows.data(), static_cast<std::size_t>(rows.size())});
+  };
+  for (std::size_t k = 0; k < 2; ++k)
+    add(fmt::format("R{}", k + 1),
+        pair.camera_from_rectified[k].rotation_matrix().transpose().eval());
+  if (const auto* panorama = std::get_if<Panorama>(&pair.targets[0]))
+    return text + fmt::format("panorama: {}\npx_per_rad: {}\ncentre_x: {}\ncentre_y: {}\n",
+                              kind_of_panorama(*panorama), panorama->px_per_rad,
+                              panorama->centre.x(), panorama->centre.y());
+  for (std::size_t k = 0; k < 2; ++k) add(fmt::format("P{}", k + 1), projection_matrix(pair, k));
+  add("Q", disparity_to_depth(pair));
+  return text;
 }
 
 std::string described(const Target& target) {

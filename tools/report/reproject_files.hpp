@@ -1,10 +1,12 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "tagcal/reproject/rectify.hpp"
 #include "tagcal/reproject/types.hpp"
 
 namespace tagcal::tools {
@@ -17,6 +19,11 @@ std::string target_file_name(const Target& target);
 using NamedPoses = std::vector<std::pair<std::string, Pose>>;
 std::string target_yaml(const Target& target, const NamedPoses& camera_from_target,
                         const std::string& source_camera);
+
+// The file of a rectified pair, as cv::FileStorage reads it: R1, R2, P1, P2 and Q of
+// cv::stereoRectify, and the names of the cameras; of panoramas their resolution instead of P and
+// Q.
+std::string rectified_yaml(const RectifiedPair& pair, const std::array<std::string, 2>& names);
 
 // "640x480 pixels, fx 512.31"
 std::string described(const Target& target);

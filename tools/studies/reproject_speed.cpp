@@ -12,6 +12,7 @@
 #include "studies/studies.hpp"
 #include "study/processor_time.hpp"
 #include "tagcal/random.hpp"
+#include "tagcal/reproject/rectify.hpp"
 #include "tagcal/reproject/resampling.hpp"
 
 namespace tagcal {
@@ -96,6 +97,40 @@ Task task_of(const char* kind, int type, const NamedLens& lens, Interpolation in
   return {fmt::format("{}, {}, {}", lens.name, kind, is_linear ? "bilinear" : "lanczos4"), measure};
 }
 
+// Both pictures of a stereo pair, rectified.
+template <typename T>
+Task pair_task(const char* kind, int type) {
+  const auto measure = [=](std::uint64_t) -> std::vector<Values> {
+    const NamedLens& lens = kLenses[1];
+    const auto member = [&](const Pose& place) {
+      return KnownRig::Member{"", {nullptr, {lens.lens, kSize}, {}}, place, {}};
+    };
+    const KnownRig rig = {
+        {member({}), member({exp_rotation({0.01, -0.02, 0.01}), {-0.1, 0.001, 0.002}})}, {}};
+    const RectifiedPair pair = rectify(rig, 0, 1);
+    const Image<T> picture = noise<T>();
+    const cv::Mat mat(kSize.height, kSize.width, type, const_cast<T*>(picture.row(0)));
+    const auto p = parameters(lens.lens);
+    const cv::Matx33d k(p[0], 0, p[2], 0, p[1], p[3], 0, 0, 1);
+    double ours = 0, theirs = 0;
+    for (std::size_t c = 0; c < 2; ++c) {
+      ours += time_ms([&] { reproject(picture, rectification(rig, pair, c)); });
+      const ProjectionMatrix q = projection_matrix(pair, c);
+      const Eigen::Matrix3d r = pair.camera_from_rectified[c].rotation_matrix().transpose();
+      const cv::Matx33d turn(r(0, 0), r(0, 1), r(0, 2), r(1, 0), r(1, 1), r(1, 2), r(2, 0), r(2, 1),
+                             r(2, 2));
+      const cv::Matx33d new_k(q(0, 0), 0, q(0, 2), 0, q(1, 1), q(1, 2), 0, 0, 1);
+      theirs += time_ms([&] {
+        cv::Mat x, y, out;
+        cv::initUndistortRectifyMap(k, lens.coefficients, turn, new_k, mat.size(), CV_32FC1, x, y);
+        cv::remap(mat, out, x, y, cv::INTER_LINEAR, cv::BORDER_CONSTANT);
+      });
+    }
+    return {{ours, theirs, ours / theirs}};
+  };
+  return {fmt::format("rectified pair, {}, bilinear", kind), measure};
+}
+
 std::vector<Task> tasks(const StudyOptions&) {
   const auto bilinear = Interpolation::bilinear, lanczos = Interpolation::lanczos4;
   std::vector<Task> tasks;
@@ -105,6 +140,8 @@ std::vector<Task> tasks(const StudyOptions&) {
     tasks.push_back(task_of<std::uint16_t>("grey 16", CV_16UC1, lens, bilinear));
     tasks.push_back(task_of<Rgb16>("colour 16", CV_16UC3, lens, bilinear));
   }
+  tasks.push_back(pair_task<std::uint8_t>("grey 8", CV_8UC1));
+  tasks.push_back(pair_task<Rgb>("colour 8", CV_8UC3));
   tasks.push_back(task_of<std::uint8_t>("grey 8", CV_8UC1, kLenses[1], lanczos));
   tasks.push_back(task_of<Rgb>("colour 8", CV_8UC3, kLenses[1], lanczos));
   return tasks;

@@ -2,11 +2,12 @@
 // (docs/trust/how_sure.md).
 // 2 to 6 cameras, 10 to 50 instants, noise of 0.03 to 0.5 px. Wrong: a number that is stated with a
 // standard deviation is beyond 5 of them, silently so if no warning says why. NEES: of all
-// extrinsics, over their number.
+// extrinsics, over their number; of rows: the vertical disparities of a rectified pair.
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <string>
@@ -15,7 +16,9 @@
 #include "rig_worlds.hpp"
 #include "studies/studies.hpp"
 #include "study/processor_time.hpp"
+#include "tagcal/error.hpp"
 #include "tagcal/estimate/calibrate_rig.hpp"
+#include "tagcal/reproject/rectify.hpp"
 
 namespace tagcal {
 using namespace study;
@@ -155,6 +158,38 @@ bool warns(const RigCalibration& answer) {
   });
 }
 
+// Points that the first two cameras see, through their rectification by the answer: the squared
+// differences of their rows over what the rig claims, 0.3 to 30 m away.
+double nees_of_rows(const RigProblem& problem, const RigCalibration& answer, Random& random) {
+  constexpr int kPoints = 20, kTries = 2000;
+  const KnownRig known = known_rig(answer);
+  RectifiedPair pair;
+  try {
+    pair = rectify(known, 0, 1);
+  } catch (const Error&) {
+    return std::nan("");  // the cameras look in other directions
+  }
+  double sum = 0;
+  int count = 0;
+  for (int i = 0; i < kTries && count < kPoints; ++i) {
+    const double z = std::exp(random.uniform(std::log(0.3), std::log(30)));
+    const Eigen::Vector3d x(z * random.uniform(-0.8, 0.8), z * random.uniform(-0.5, 0.5), z);
+    std::array<UncertainPixel, 2> seen;
+    bool is_seen = true;
+    for (std::size_t c = 0; c < 2 && is_seen; ++c) {
+      const Camera& camera = problem.rig.cameras[c].data.truth->camera;
+      const auto pixel = project(camera.lens, problem.rig.truth->camera_from_rig[c] * x);
+      is_seen = pixel && contains(camera.image_size, *pixel);
+      if (is_seen) seen[c].pixel = *pixel;
+    }
+    const auto rows = is_seen ? vertical_disparity(known, pair, seen) : std::nullopt;
+    if (!rows) continue;
+    sum += std::pow(rows->difference_px / rows->sigma_px, 2);
+    ++count;
+  }
+  return count > 0 ? sum / count : std::nan("");
+}
+
 std::vector<Values> measure_rig(const DrawRig& draw, std::uint64_t seed) {
   Random random(seed, 5);
   const RigProblem problem = draw(seed, random);
@@ -167,7 +202,8 @@ std::vector<Values> measure_rig(const DrawRig& draw, std::uint64_t seed) {
   const double nees = answered && !warned ? nees_of_extrinsics(problem.rig, answer) : std::nan("");
   return {{what, static_cast<double>(numbers.count),
            static_cast<double>(answered && warned ? 0 : numbers.wrong),
-           problem.is_right ? static_cast<double>(!answered) : std::nan(""), nees, 1e-3 * us}};
+           problem.is_right ? static_cast<double>(!answered) : std::nan(""), nees,
+           answered && !warned ? nees_of_rows(problem, answer, random) : std::nan(""), 1e-3 * us}};
 }
 
 // "3 of 120", of the rigs that should have an answer.
@@ -187,32 +223,32 @@ Task rigs_task(const std::string& name, const DrawRig& draw) {
 }  // namespace
 
 Study rigs_study() {
-  return {
-      .name = "rigs",
-      .summary = "random rigs with defects: answers, and whether their claims hold",
-      .count = 1000,
-      .columns = {"answer", "numbers", "wrong", "refused", "nees", "ms"},
-      .tasks =
-          [](const StudyOptions&) {
-            const auto as_it_is = [](RigWorldOptions&, Random&) {};
-            const Board checkers = make_board(Checkerboard{8, 6, 0.06, 0.06});
-            return std::vector<Task>{
-                rigs_task("no defect", changed(true, as_it_is)),
-                rigs_task("few instants", changed(true, set_few_instants)),
-                rigs_task("no common view", turning(3)),
-                rigs_task("wheel", turning(1)),
-                rigs_task("out of time", changed(false, set_out_of_time)),
-                rigs_task("camera moved", changed(true, set_moved_camera)),
-                rigs_task("boards turned", changed(true, set_turned_boards, checkers)),
-                rigs_task("wrong pairs",
-                          changed(false, [](auto& world, auto&) { world.shuffled = true; })),
-                rigs_task("folders exchanged", exchanged_folders),
-                rigs_task("no overlap", missing_overlap)};
-          },
-      .tables = {{{"task"},
-                  {rows_in("rigs"), counts_of("answers", "answer"), sum_of("numbers", "numbers"),
-                   sum_of("silently wrong", "wrong"), refused_right_rigs(),
-                   mean_of("NEES", "nees", 2), mean_of("CPU ms", "ms", 0)}}}};
+  return {.name = "rigs",
+          .summary = "random rigs with defects: answers, and whether their claims hold",
+          .count = 1000,
+          .columns = {"answer", "numbers", "wrong", "refused", "nees", "nees_rows", "ms"},
+          .tasks =
+              [](const StudyOptions&) {
+                const auto as_it_is = [](RigWorldOptions&, Random&) {};
+                const Board checkers = make_board(Checkerboard{8, 6, 0.06, 0.06});
+                return std::vector<Task>{
+                    rigs_task("no defect", changed(true, as_it_is)),
+                    rigs_task("few instants", changed(true, set_few_instants)),
+                    rigs_task("no common view", turning(3)),
+                    rigs_task("wheel", turning(1)),
+                    rigs_task("out of time", changed(false, set_out_of_time)),
+                    rigs_task("camera moved", changed(true, set_moved_camera)),
+                    rigs_task("boards turned", changed(true, set_turned_boards, checkers)),
+                    rigs_task("wrong pairs",
+                              changed(false, [](auto& world, auto&) { world.shuffled = true; })),
+                    rigs_task("folders exchanged", exchanged_folders),
+                    rigs_task("no overlap", missing_overlap)};
+              },
+          .tables = {
+              {{"task"},
+               {rows_in("rigs"), counts_of("answers", "answer"), sum_of("numbers", "numbers"),
+                sum_of("silently wrong", "wrong"), refused_right_rigs(), mean_of("NEES", "nees", 2),
+                mean_of("NEES of rows", "nees_rows", 2), mean_of("CPU ms", "ms", 0)}}}};
 }
 
 }  // namespace tagcal

@@ -288,28 +288,6 @@ void add_warnings_of(std::span<const SeeingCamera> cameras, std::vector<Finding>
 
 }  // namespace
 
-Eigen::Index KnownRig::first_of_lens(std::size_t camera) const {
-  auto at = 6 * std::ssize(cameras);
-  for (std::size_t c = 0; c < camera; ++c) at += cameras[c].camera.num_free();
-  return at;
-}
-
-std::optional<std::size_t> KnownRig::reference() const {
-  for (std::size_t c = 0; c < cameras.size(); ++c)
-    if (minus(cameras[c].camera_from_rig, Pose()).isZero()) return c;
-  return std::nullopt;
-}
-
-void KnownRig::set_joint_covariance(const MatrixX& joint) {
-  const Eigen::Index places = 6 * std::ssize(cameras), size = first_of_lens(cameras.size());
-  const Eigen::Index before = 6 * static_cast<Eigen::Index>(reference().value());
-  Eigen::MatrixXd onto = Eigen::MatrixXd::Zero(size, joint.rows());
-  onto.topLeftCorner(before, before).setIdentity();
-  onto.block(before + 6, before, places - 6 - before, places - 6 - before).setIdentity();
-  onto.bottomRightCorner(size - places, size - places).setIdentity();
-  covariance = onto * joint * onto.transpose();
-}
-
 KnownRig known_rig(const RigCalibration& rig) {
   KnownRig known;
   for (const RigCameraEstimate& camera : rig.cameras)
@@ -323,12 +301,7 @@ RigPoseEstimate estimate_rig_pose(std::span<const ViewCorrespondences> seen, con
   const std::size_t n = rig.cameras.size();
   if (seen.size() != n)
     throw Error(fmt::format("rig: has {} cameras, got the corners of {}", n, seen.size()));
-  const Eigen::Index size = rig.first_of_lens(n);
-  if (rig.covariance.size() != 0 &&
-      (rig.covariance.rows() != size || rig.covariance.cols() != size))
-    throw Error(
-        fmt::format("rig: the covariance of its places and lenses must be {} x {}, got {} x {}",
-                    size, size, rig.covariance.rows(), rig.covariance.cols()));
+  rig.check_covariance();
   RigPoseEstimate estimate;
   estimate.takes_part.assign(n, 0);
   std::vector<SeeingCamera> cameras;

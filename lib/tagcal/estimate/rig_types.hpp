@@ -7,6 +7,7 @@
 
 #include "tagcal/estimate/types.hpp"
 #include "tagcal/scene/rig.hpp"
+#include "tagcal/uncertainty/known_rig.hpp"
 
 // Options and results of calibrate_rig (calibrate_rig.hpp) and estimate_rig_pose (pose.hpp).
 
@@ -136,30 +137,6 @@ struct RigCalibration {
   std::optional<AdvisedPair> next;
   std::vector<Finding> findings;  // of the rig; those of a camera are in its own calibration
   double seconds = 0;
-};
-
-// Cameras at known places on one body.
-struct KnownRig {
-  struct Member {
-    std::string name;
-    UncertainCamera camera;
-    Pose camera_from_rig;
-    // Error of a projection besides the corners' noise (CalibrationFile::camera_error_px).
-    std::optional<double> camera_error_px;
-  };
-  std::vector<Member> cameras;
-  // Of (omega rad, tau m) of all camera_from_rig in turn (`retract`), then of the free parameters
-  // of all lenses (none without a model). Empty: places and lenses are taken as exact.
-  MatrixX covariance;
-
-  // The first of the free parameters of a camera's lens in `covariance`; of one past the last
-  // camera its size.
-  Eigen::Index first_of_lens(std::size_t camera) const;
-  // The camera whose frame is that of the rig.
-  std::optional<std::size_t> reference() const;
-  // Sets `covariance` from one as of RigCalibration, without the places of the reference, and of
-  // boards or not. Precondition: there is a reference, and the size fits.
-  void set_joint_covariance(const MatrixX& joint);
 };
 
 // The rig of an answer. Precondition: is_answer(rig.status).

@@ -229,6 +229,8 @@ std::vector<TurnedCamera> several_pinholes(const Camera& camera, int count) {
 }
 
 Panorama panorama_of(const Camera& camera, PanoramaKind kind, double px_per_rad) {
+  if (kind == PanoramaKind::transverse)
+    throw Error("panorama: a transverse one is that of a rectified pair");
   const AngularRange range = angular_range(camera);
   Panorama panorama;
   panorama.kind = kind;

@@ -43,7 +43,8 @@ struct TurnedCamera {
 std::vector<TurnedCamera> several_pinholes(const Camera& camera, int count);
 
 // A panorama of what the camera sees, with px_per_rad of its middle (0: the camera's fx). A
-// cylindrical one shows latitudes up to 60 degrees. Throws Error for a parallel lens.
+// cylindrical one shows latitudes up to 60 degrees. Throws Error for a parallel lens, and a
+// transverse panorama.
 Panorama panorama_of(const Camera& camera, PanoramaKind kind, double px_per_rad = 0);
 
 // The angles of the rays of the picture: longitudes and latitudes as in Panorama, and the largest

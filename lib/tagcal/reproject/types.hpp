@@ -14,12 +14,16 @@ namespace tagcal {
 enum class PanoramaKind {
   equirectangular,  // rows are latitudes: v = centre.y + px_per_rad * latitude
   cylindrical,      // upright lines stay straight: v = centre.y + px_per_rad * tan(latitude)
+  transverse,       // equirectangular about the horizontal axis (x): see below
 };
 
 // A picture of all directions about the vertical axis (y) of its frame, which has the axes of a
 // camera: x right, y down, z forward. Column u is longitude (u - centre.x) / px_per_rad, positive
 // to the right of z; latitudes are positive downwards. Longitudes beyond pi either way, and
-// latitudes beyond pi / 2, have no ray.
+// latitudes beyond pi / 2, have no ray. In a transverse one columns and rows change places: row v
+// is the angle (v - centre.y) / px_per_rad about the axis x, positive from z downwards, and column
+// u is centre.x + px_per_rad times the latitude, positive to the right. The epipolar lines of two
+// cameras whose baseline is along x are its rows.
 struct Panorama {
   PanoramaKind kind = PanoramaKind::equirectangular;
   double px_per_rad = 100;

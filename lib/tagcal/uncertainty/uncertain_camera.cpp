@@ -9,10 +9,11 @@
 #include <cmath>
 #include <vector>
 
-#include "tagcal/camera/kernels/projection_rows.hpp"
 #include "tagcal/error.hpp"
+#include "tagcal/uncertainty/rays/seen_ray.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 using Eigen::Matrix3d;
@@ -39,23 +40,13 @@ std::span<const FreeParameter> free_of(const UncertainCamera& known) {
 
 std::optional<Linear> linearised(const UncertainCamera& known, const Vector3d& x) {
   const std::array<Vector3d, 1> points = {x};
-  const auto rows = internal::projection_rows(known.camera.lens, Pose(), points, free_of(known));
+  const auto rows = projection_rows(known.camera.lens, Pose(), points, free_of(known));
   if (!rows) return std::nullopt;
   // The derivatives by the translation are those by the point.
   Linear linear{rows->pixels[0], rows->by_pose.rightCols<3>(), Matrix2::Zero()};
   if (rows->by_parameters.cols() > 0)
     linear.by_lens_px2 = rows->by_parameters * known.covariance * rows->by_parameters.transpose();
   return linear;
-}
-
-// Two unit vectors across a unit vector.
-Eigen::Matrix<double, 3, 2> across(const Vector3d& direction) {
-  Eigen::Index smallest = 0;
-  direction.cwiseAbs().minCoeff(&smallest);
-  Eigen::Matrix<double, 3, 2> basis;
-  basis.col(0) = direction.cross(Vector3d::Unit(smallest)).normalized();
-  basis.col(1) = direction.cross(basis.col(0));
-  return basis;
 }
 
 // Matrix from the free parameters of one model to those of another.
@@ -122,19 +113,13 @@ std::optional<UncertainPixel> project(const UncertainCamera& known,
       linear->by_lens_px2 + linear->by_point * in_camera.covariance * linear->by_point.transpose()};
 }
 
-// The pixel stays where it is while direction and parameters change: J_d dd = du - J_p dp.
 std::optional<UncertainPoint> direction(const UncertainCamera& known, const UncertainPixel& pixel) {
-  if (!kind_of(known.camera.lens).is_central)
-    throw Error("a parallel lens has no rays from one centre");
-  const std::optional<Ray> ray = ray_in_camera(known.camera.lens, pixel.pixel);
+  const auto ray = seen_ray(known.camera.lens, pixel.pixel, free_of(known));
   if (!ray) return std::nullopt;
-  const std::optional<Linear> linear = linearised(known, ray->direction);
-  if (!linear) return std::nullopt;
-  const Eigen::Matrix<double, 3, 2> basis = across(ray->direction);
-  const Eigen::Matrix2d by_direction = linear->by_point * basis;
-  const Eigen::Matrix<double, 3, 2> by_pixel = basis * by_direction.inverse();
-  const Matrix2 sum = pixel.covariance_px2 + linear->by_lens_px2;
-  return UncertainPoint{ray->direction, by_pixel * sum * by_pixel.transpose()};
+  Matrix2 sum = pixel.covariance_px2;
+  if (const RowMajorX& by_lens = ray->pixel_by_parameters; by_lens.cols() > 0)
+    sum += by_lens * known.covariance * by_lens.transpose();
+  return UncertainPoint{ray->direction, ray->by_pixel * sum * ray->by_pixel.transpose()};
 }
 
 std::optional<UncertainPoint> point_at_depth(const UncertainCamera& known,

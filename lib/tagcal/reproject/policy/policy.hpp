@@ -36,4 +36,16 @@ inline constexpr double kCylinderLatitude = 60 * std::numbers::pi / 180;
 // One pinhole of several shows at most this much from top to bottom.
 inline constexpr double kFanHeight = 100 * std::numbers::pi / 180;
 
+// Rectification. The optical axis of each camera is at most this far from the direction in which
+// both rectified cameras look: beyond it, a part of the picture of a usual lens (60 degrees wide) is
+// behind it.
+inline constexpr double kMostRectifiedTurn = 60 * std::numbers::pi / 180;
+// The focal length of rectified pinholes is at most this many times that of the cameras, and at
+// least the same part of it.
+inline constexpr double kMostRectifiedZoom = 10;
+// Centres of cameras nearer than this have no direction of a baseline, m.
+inline constexpr double kLeastBaseline = 1e-9;
+// Rectified pictures are searched for a common view at this many points along rows and columns.
+inline constexpr int kViewSamples = 48;
+
 }  // namespace tagcal::internal::policy

@@ -45,7 +45,14 @@ Vector3d direction_at(const Camera& camera, const Vector2d& pixel) {
   return ray ? ray->direction : kNoPoint;
 }
 
+// That of a transverse panorama is an equirectangular one, reflected in the diagonal.
 Vector3d direction_at(const Panorama& panorama, const Vector2d& pixel) {
+  if (panorama.kind == PanoramaKind::transverse) {
+    const Panorama upright{
+        PanoramaKind::equirectangular, panorama.px_per_rad, panorama.centre.reverse(), {}};
+    const Vector3d direction = direction_at(upright, pixel.reverse());
+    return {direction.y(), direction.x(), direction.z()};
+  }
   const Vector2d angle = (pixel - panorama.centre) / panorama.px_per_rad;
   if (!(std::abs(angle.x()) <= std::numbers::pi)) return kNoPoint;
   const double s = std::sin(angle.x()), c = std::cos(angle.x());

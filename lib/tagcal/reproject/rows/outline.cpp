@@ -50,11 +50,14 @@ std::vector<Vector3d> outline_rays(const Camera& camera) {
       !ray_in_camera(camera.lens, middle))
     throw Error("reproject: the middle of the camera's picture has no ray");
   std::vector<Vector3d> rays;
-  for (const Vector2d& pixel : border_pixels(camera.image_size)) {
-    const auto ray = ray_in_camera(camera.lens, pixel);
-    rays.push_back(ray ? ray->direction : last_ray(camera.lens, middle, pixel));
-  }
+  for (const Vector2d& pixel : border_pixels(camera.image_size))
+    rays.push_back(ray_or_last(camera, pixel));
   return rays;
+}
+
+Vector3d ray_or_last(const Camera& camera, const Vector2d& pixel) {
+  const auto ray = ray_in_camera(camera.lens, pixel);
+  return ray ? ray->direction : last_ray(camera.lens, middle_of(camera), pixel);
 }
 
 std::vector<Vector3d> grid_rays(const Camera& camera) {

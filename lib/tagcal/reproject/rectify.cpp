@@ -1,0 +1,467 @@
+#include "tagcal/reproject/rectify.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <vector>
+
+#include "tagcal/camera/kernels/projection_rows.hpp"
+#include "tagcal/error.hpp"
+#include "tagcal/reproject/maps.hpp"
+#include "tagcal/reproject/policy/policy.hpp"
+#include "tagcal/reproject/rows/outline.hpp"
+#include "tagcal/uncertainty/rays/seen_ray.hpp"
+
+namespace tagcal {
+using namespace internal;
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Quaterniond;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using std::numbers::pi;
+
+double in_degrees(double angle_rad) { return angle_rad * 180 / pi; }
+
+// The scales of a lens on its axis, in pixels per radian along x and y.
+Vector2d scale_on_axis(const KnownRig::Member& member) {
+  const std::array<Vector3d, 1> axis = {Vector3d::UnitZ()};
+  const auto rows = projection_rows(member.camera.camera.lens, Pose(), axis);
+  if (!rows) throw Error("rectify: " + member.name + " has no pixel on its optical axis");
+  return {rows->by_pose(0, 3), rows->by_pose(1, 4)};
+}
+
+// A ray at most 80 degrees from the axis z, on the same side of it.
+Vector3d before_pinhole(const Vector3d& ray) {
+  const double radius = ray.head<2>().norm();
+  if (std::atan2(radius, ray.z()) <= policy::kWidestAngle) return ray;
+  const Vector2d side = radius > 0 ? Vector2d(ray.head<2>() / radius) : Vector2d(1, 0);
+  const double s = std::sin(policy::kWidestAngle), c = std::cos(policy::kWidestAngle);
+  return {s * side.x(), s * side.y(), c};
+}
+
+// Half of the relative rotation for each camera, and then the smallest rotation that takes the
+// baseline to the nearer of the axes x and y.
+struct Orientation {
+  std::array<Quaterniond, 2> rectified_from_camera;
+  bool is_vertical = false;
+  double translation_m = 0;
+};
+
+Orientation orientation_of(const KnownRig::Member& first, const KnownRig::Member& second) {
+  const Pose second_from_first = second.camera_from_rig * first.camera_from_rig.inverse();
+  const Quaterniond half = exp_rotation(-0.5 * log_rotation(second_from_first.rotation()));
+  const Vector3d baseline = half * second_from_first.translation();
+  if (!(baseline.norm() > policy::kLeastBaseline))
+    throw Error(fmt::format("rectify: {} and {} are at one place: there is no baseline", first.name,
+                            second.name));
+  Orientation orientation;
+  const int axis = std::abs(baseline.x()) > std::abs(baseline.y()) ? 0 : 1;
+  orientation.is_vertical = axis == 1;
+  const Vector3d along = Vector3d::Unit(axis) * (baseline[axis] > 0 ? 1 : -1);
+  const Quaterniond turn = rotation_between(baseline, along);
+  orientation.rectified_from_camera = {turn * half.inverse(), turn * half};
+  orientation.translation_m =
+      (orientation.rectified_from_camera[1] * second_from_first.translation())[axis];
+  return orientation;
+}
+
+void check_directions(const std::array<const KnownRig::Member*, 2>& members,
+                      const Orientation& orientation) {
+  for (int k = 0; k < 2; ++k) {
+    const Vector3d axis = orientation.rectified_from_camera[k] * Vector3d::UnitZ();
+    const double turn = std::atan2(axis.head<2>().norm(), axis.z());
+    if (turn > policy::kMostRectifiedTurn)
+      throw Error(fmt::format(
+          "rectify: {} looks {:.0f} degrees away from the direction of the rectified pictures, "
+          "{:.0f} "
+          "at most: {} and {} look at each other, in different directions, or along their baseline",
+          members[k]->name, in_degrees(turn), in_degrees(policy::kMostRectifiedTurn),
+          members[0]->name, members[1]->name));
+  }
+}
+
+// Inner and outer limits of what a camera sees in a pinhole of focal length 1 with its axis at the
+// pixel (0, 0): of the pixels at the left, upper, right and lower border of its picture, and of
+// all. Of a grid of 9 x 9 pixels, as in cv::stereoRectify.
+struct Limits {
+  Eigen::Array4d inner, outer;  // left, upper, right, lower
+};
+
+Limits limits_of(const Camera& camera, const Quaterniond& rectified_from_camera) {
+  constexpr int kPoints = 9;
+  constexpr double kMost = std::numeric_limits<double>::max();
+  Limits limits{{-kMost, -kMost, kMost, kMost}, {kMost, kMost, -kMost, -kMost}};
+  auto& [inner, outer] = limits;
+  for (int y = 0; y < kPoints; ++y)
+    for (int x = 0; x < kPoints; ++x) {
+      const Vector2d pixel(x * (camera.image_size.width - 1.0) / (kPoints - 1),
+                           y * (camera.image_size.height - 1.0) / (kPoints - 1));
+      const Vector2d p =
+          before_pinhole(rectified_from_camera * ray_or_last(camera, pixel)).hnormalized();
+      outer << outer.head<2>().min(p.array()), outer.tail<2>().max(p.array());
+      if (x == 0) inner[0] = std::max(inner[0], p.x());
+      if (y == 0) inner[1] = std::max(inner[1], p.y());
+      if (x == kPoints - 1) inner[2] = std::min(inner[2], p.x());
+      if (y == kPoints - 1) inner[3] = std::min(inner[3], p.y());
+    }
+  return limits;
+}
+
+// Volatile, because GCC 12 drops the rounding where it computes two numbers at once.
+double in_single_precision(double value) {
+  const volatile float rounded = static_cast<float>(value);
+  return rounded;
+}
+
+// The mean of the corners of a picture in a pinhole of a focal length with its axis at (0, 0). In
+// single precision, as in cv::stereoRectify, so that the principal points are the same numbers.
+Vector2d mean_corner(const Camera& camera, const Quaterniond& rectified_from_camera, double focal) {
+  Vector2d sum = Vector2d::Zero();
+  for (const double x : {0.0, camera.image_size.width - 1.0})
+    for (const double y : {0.0, camera.image_size.height - 1.0}) {
+      Vector3d ray = ray_or_last(camera, {x, y});
+      if (ray.z() > 0) ray = (ray / ray.z()).unaryExpr(&in_single_precision).eval();
+      const Vector3d turned = before_pinhole(rectified_from_camera * ray);
+      sum += (focal * turned.hnormalized()).unaryExpr(&in_single_precision);
+    }
+  return sum / 4;
+}
+
+struct Pinholes {
+  double focal_px = 0;
+  std::array<Vector2d, 2> centre;
+};
+
+// The factor of the focal length with which the pinholes show nothing but pixels of the cameras
+// (alpha 0), or all of them (1), about their principal points.
+double zoom_of(double alpha, const std::array<Limits, 2>& limits, const Pinholes& pinholes,
+               const ImageSize& size) {
+  double least = -std::numeric_limits<double>::infinity();  // of alpha 0
+  double most = std::numeric_limits<double>::infinity();
+  const Eigen::Array4d sign(-1, -1, 1, 1);
+  for (int k = 0; k < 2; ++k) {
+    const Vector2d& c = pinholes.centre[k];
+    const Eigen::Array4d sides(c.x(), c.y(), size.width - 1 - c.x(), size.height - 1 - c.y());
+    least = std::max(least, (sides / (pinholes.focal_px * sign * limits[k].inner)).maxCoeff());
+    most = std::min(most, (sides / (pinholes.focal_px * sign * limits[k].outer)).minCoeff());
+  }
+  return least * (1 - alpha) + most * alpha;
+}
+
+Pinholes pinholes_of(const std::array<const KnownRig::Member*, 2>& members,
+                     const Orientation& orientation, const RectifyOptions& options) {
+  const ImageSize size = members[0]->camera.camera.image_size;
+  Pinholes pinholes;
+  const int across_baseline = orientation.is_vertical ? 0 : 1;
+  for (const KnownRig::Member* member : members) {
+    const ImageSize& own = member->camera.camera.image_size;
+    const double ratio =
+        orientation.is_vertical ? 1.0 * size.width / own.width : 1.0 * size.height / own.height;
+    pinholes.focal_px += scale_on_axis(*member)[across_baseline] * ratio / 2;
+  }
+  const double own_focal_px = pinholes.focal_px;
+  std::array<Limits, 2> limits;
+  for (int k = 0; k < 2; ++k) {
+    const Camera& camera = members[k]->camera.camera;
+    const Quaterniond& turn = orientation.rectified_from_camera[k];
+    limits[k] = limits_of(camera, turn);
+    pinholes.centre[k] = Vector2d(size.width - 1, size.height - 1) / 2 -
+                         mean_corner(camera, turn, pinholes.focal_px);
+  }
+  const Vector2d mean = (pinholes.centre[0] + pinholes.centre[1]) / 2;
+  for (Vector2d& centre : pinholes.centre) {
+    if (options.zero_disparity)
+      centre = mean;
+    else
+      centre[across_baseline] = mean[across_baseline];
+  }
+  if (options.alpha) pinholes.focal_px *= zoom_of(*options.alpha, limits, pinholes, size);
+  const double zoom = pinholes.focal_px / own_focal_px;
+  if (!(zoom > 1 / policy::kMostRectifiedZoom && zoom < policy::kMostRectifiedZoom))
+    throw Error(fmt::format(
+        "rectify: the focal length of {} and {} would be {:.4g} px, that of the cameras is {:.4g} "
+        "px: take another alpha, or longlat",
+        members[0]->name, members[1]->name, pinholes.focal_px, own_focal_px));
+  return pinholes;
+}
+
+// Angles of the rays of a camera before both rectified cameras: (along, about) the baseline.
+struct AnglesOfView {
+  Vector2d least = Vector2d::Constant(std::numeric_limits<double>::max());
+  Vector2d most = -least;
+};
+
+Vector2d transverse_angles(const Vector3d& ray) {
+  return {std::atan2(ray.x(), ray.tail<2>().norm()), std::atan2(ray.y(), ray.z())};
+}
+
+AnglesOfView angles_of(const Camera& camera, const Quaterniond& rectified_from_camera,
+                       bool is_vertical) {
+  AnglesOfView view;
+  std::vector<Vector3d> rays = outline_rays(camera);
+  const std::vector<Vector3d> grid = grid_rays(camera);
+  rays.insert(rays.end(), grid.begin(), grid.end());
+  for (const Vector3d& seen : rays) {
+    Vector3d ray = rectified_from_camera * seen;
+    if (is_vertical) std::swap(ray.x(), ray.y());
+    const Vector2d angles = transverse_angles(ray);
+    if (!(ray.z() > 0) || std::abs(angles.x()) > policy::kWidestAngle) continue;
+    view.least = view.least.cwiseMin(angles);
+    view.most = view.most.cwiseMax(angles);
+  }
+  return view;
+}
+
+Panorama panorama_of_pair(const std::array<const KnownRig::Member*, 2>& members,
+                          const Orientation& orientation) {
+  AnglesOfView common;
+  common.least = {pi, -pi};
+  common.most = {-pi, pi};
+  double px_per_rad = 0;
+  for (int k = 0; k < 2; ++k) {
+    const AnglesOfView view = angles_of(
+        members[k]->camera.camera, orientation.rectified_from_camera[k], orientation.is_vertical);
+    common.least = {std::min(common.least.x(), view.least.x()),
+                    std::max(common.least.y(), view.least.y())};
+    common.most = {std::max(common.most.x(), view.most.x()),
+                   std::min(common.most.y(), view.most.y())};
+    px_per_rad += scale_on_axis(*members[k])[orientation.is_vertical ? 0 : 1] / 2;
+  }
+  const Vector2d extent = px_per_rad * (common.most - common.least);
+  constexpr double kMostSide = 1e6;  // numeric: beyond any memory
+  if (!(extent.minCoeff() > 1 && extent.maxCoeff() < kMostSide))
+    throw Error(fmt::format("rectify: {} and {} have no common field of view", members[0]->name,
+                            members[1]->name));
+  Panorama panorama{PanoramaKind::transverse, px_per_rad, {}, {}};
+  panorama.size = {static_cast<int>(std::ceil(extent.x())),
+                   static_cast<int>(std::ceil(extent.y()))};
+  panorama.centre = image_centre(panorama.size) - px_per_rad / 2 * (common.least + common.most);
+  if (orientation.is_vertical) {
+    panorama.kind = PanoramaKind::equirectangular;
+    std::swap(panorama.size.width, panorama.size.height);
+    panorama.centre.reverseInPlace();
+  }
+  return panorama;
+}
+
+// Where points of a row lie that camera k sees: the last place along the baseline for the first
+// camera, and the first one for the second, towards which near points move. Relative to the place
+// of infinitely far points.
+class RowsOfView {
+ public:
+  RowsOfView(const KnownRig& rig, const RectifiedPair& pair, std::size_t k)
+      : reprojection_(rectification(rig, pair, k)), axis_(pair.is_vertical ? 1 : 0) {
+    const Target& target = reprojection_.target;
+    if (const auto* camera = std::get_if<Camera>(&target))
+      centre_ = parameters(camera->lens)[static_cast<std::size_t>(2 + axis_)];
+    else
+      centre_ = std::get<Panorama>(target).centre[axis_];
+  }
+
+  // The largest place times `sign` in row i of kViewSamples; no value in a row that is not seen.
+  std::optional<double> extreme(int i, double sign) const {
+    const ImageSize size = size_of(reprojection_.target);
+    const Vector2d last(size.width - 1, size.height - 1);
+    std::optional<double> most;
+    for (int j = 0; j < policy::kViewSamples; ++j) {
+      Vector2d at = Vector2d(j, i) / (policy::kViewSamples - 1);
+      if (axis_ == 1) at.reverseInPlace();
+      at = at.cwiseProduct(last);
+      const auto pixel = source_pixel(reprojection_, at);
+      if (!pixel || !contains(reprojection_.camera.image_size, *pixel)) continue;
+      most = std::max(most.value_or(-1e300), sign * (at[axis_] - centre_));
+    }
+    return most;
+  }
+
+ private:
+  Reprojection reprojection_;
+  int axis_;
+  double centre_ = 0;
+};
+
+bool has_common_view(const KnownRig& rig, const RectifiedPair& pair) {
+  const RowsOfView first(rig, pair, 0), second(rig, pair, 1);
+  const double sign = pair.translation_m < 0 ? 1 : -1;
+  for (int i = 0; i < policy::kViewSamples; ++i) {
+    const auto a = first.extreme(i, sign), b = second.extreme(i, -sign);
+    if (a && b && *a + *b >= 0) return true;
+  }
+  return false;
+}
+
+void check_pair(const KnownRig& rig, std::size_t first, std::size_t second,
+                const RectifyOptions& options) {
+  if (options.alpha && !(*options.alpha >= 0 && *options.alpha <= 1))
+    throw Error(fmt::format("rectify: alpha must be from 0 to 1, got {}", *options.alpha));
+  if (options.alpha && options.longlat)
+    throw Error("rectify: alpha is of pinholes, not of longlat");
+  for (const std::size_t camera : {first, second}) {
+    if (camera >= rig.cameras.size())
+      throw Error(fmt::format("rectify: the rig has {} cameras, got the index {}",
+                              rig.cameras.size(), camera));
+    outline_rays(rig.cameras[camera].camera.camera);  // a central lens, whose picture has rays
+  }
+  if (first == second)
+    throw Error(fmt::format("rectify: needs two cameras, got {} twice", rig.cameras[first].name));
+}
+
+// A coordinate of the pixel of a direction in a target, and its derivative by the direction.
+struct Coordinate {
+  double px = 0;
+  Eigen::RowVector3d by_direction;
+};
+
+// Across the baseline: rows, or columns of a vertical pair. No value behind a pinhole.
+std::optional<Coordinate> coordinate_across(const Target& target, bool is_vertical,
+                                            const Vector3d& d) {
+  const int i = is_vertical ? 0 : 1;
+  Coordinate coordinate;
+  coordinate.by_direction.setZero();
+  if (const auto* camera = std::get_if<Camera>(&target)) {
+    if (!(d.z() > 0)) return std::nullopt;
+    const auto p = parameters(camera->lens);
+    const auto k = static_cast<std::size_t>(i);
+    coordinate.px = p[k] * d[i] / d.z() + p[k + 2];
+    coordinate.by_direction[i] = p[k] / d.z();
+    coordinate.by_direction[2] = -p[k] * d[i] / (d.z() * d.z());
+    return coordinate;
+  }
+  const Panorama& panorama = std::get<Panorama>(target);
+  const double square = d[i] * d[i] + d.z() * d.z();
+  if (!(square > 0)) return std::nullopt;
+  coordinate.px = panorama.px_per_rad * std::atan2(d[i], d.z()) + panorama.centre[i];
+  coordinate.by_direction[i] = panorama.px_per_rad * d.z() / square;
+  coordinate.by_direction[2] = -panorama.px_per_rad * d[i] / square;
+  return coordinate;
+}
+
+// The distances of the point of two unit rays from the centres of the cameras, inverse; 0 if the
+// rays do not meet before them. `translation`: of the second camera.
+std::array<double, 2> inverse_distances(const std::array<Vector3d, 2>& rays,
+                                        const Vector3d& translation) {
+  const Vector3d shift = rays[1].cross(translation);
+  const double inverse = std::max(0.0, -rays[1].cross(rays[0]).dot(shift) / shift.squaredNorm());
+  if (!std::isfinite(inverse)) return {0, 0};
+  return {inverse, inverse / (rays[0] + inverse * translation).norm()};
+}
+
+}  // namespace
+
+RectifiedPair rectify(const KnownRig& rig, std::size_t first, std::size_t second,
+                      const RectifyOptions& options) {
+  check_pair(rig, first, second, options);
+  const std::array<const KnownRig::Member*, 2> members = {&rig.cameras[first],
+                                                          &rig.cameras[second]};
+  const Orientation orientation = orientation_of(*members[0], *members[1]);
+  check_directions(members, orientation);
+  RectifiedPair pair;
+  pair.cameras = {first, second};
+  pair.is_vertical = orientation.is_vertical;
+  pair.translation_m = orientation.translation_m;
+  for (int k = 0; k < 2; ++k)
+    pair.camera_from_rectified[k] = {orientation.rectified_from_camera[k].inverse(),
+                                     Vector3d::Zero()};
+  if (options.longlat) {
+    pair.targets.fill(panorama_of_pair(members, orientation));
+  } else {
+    const Pinholes pinholes = pinholes_of(members, orientation, options);
+    const double f = pinholes.focal_px;
+    for (int k = 0; k < 2; ++k)
+      pair.targets[k] = Camera{pinhole(f, f, pinholes.centre[k].x(), pinholes.centre[k].y()),
+                               members[0]->camera.camera.image_size};
+  }
+  if (!has_common_view(rig, pair))
+    throw Error(fmt::format("rectify: {} and {} have no common field of view", members[0]->name,
+                            members[1]->name));
+  return pair;
+}
+
+Reprojection rectification(const KnownRig& rig, const RectifiedPair& pair, std::size_t k) {
+  return {rig.cameras[pair.cameras[k]].camera.camera, pair.targets[k],
+          pair.camera_from_rectified[k]};
+}
+
+ProjectionMatrix projection_matrix(const RectifiedPair& pair, std::size_t k) {
+  const auto p = parameters(std::get<Camera>(pair.targets[k]).lens);
+  ProjectionMatrix matrix;
+  matrix << p[0], 0, p[2], 0, 0, p[1], p[3], 0, 0, 0, 1, 0;
+  if (k == 1) matrix(pair.is_vertical ? 1 : 0, 3) = p[0] * pair.translation_m;
+  return matrix;
+}
+
+Matrix4 disparity_to_depth(const RectifiedPair& pair) {
+  const auto a = parameters(std::get<Camera>(pair.targets[0]).lens);
+  const auto b = parameters(std::get<Camera>(pair.targets[1]).lens);
+  const std::size_t along = pair.is_vertical ? 3 : 2;
+  Matrix4 q = Matrix4::Zero();
+  q(0, 0) = q(1, 1) = 1;
+  q(0, 3) = -a[2];
+  q(1, 3) = -a[3];
+  q(2, 3) = a[0];
+  q(3, 2) = -1 / pair.translation_m;
+  q(3, 3) = (a[along] - b[along]) / pair.translation_m;
+  return q;
+}
+
+std::optional<Vector2d> rectified_pixel(const KnownRig& rig, const RectifiedPair& pair,
+                                        std::size_t k, const Vector2d& pixel) {
+  const auto ray = ray_in_camera(rig.cameras[pair.cameras[k]].camera.camera.lens, pixel);
+  if (!ray) return std::nullopt;
+  const Vector3d d = pair.camera_from_rectified[k].rotation().inverse() * ray->direction;
+  if (const auto* camera = std::get_if<Camera>(&pair.targets[k])) return project(camera->lens, d);
+  const Panorama& panorama = std::get<Panorama>(pair.targets[k]);
+  const Vector2d angles = pair.is_vertical
+                              ? Vector2d(transverse_angles({d.y(), d.x(), d.z()}).reverse())
+                              : transverse_angles(d);
+  return panorama.centre + panorama.px_per_rad * angles;
+}
+
+std::optional<VerticalDisparity> vertical_disparity(const KnownRig& rig, const RectifiedPair& pair,
+                                                    const std::array<UncertainPixel, 2>& seen) {
+  rig.check_covariance();
+  std::array<std::optional<SeenRay>, 2> rays;
+  std::array<Vector3d, 2> directions;  // in the rectified frame
+  for (std::size_t k = 0; k < 2; ++k) {
+    const UncertainCamera& camera = rig.cameras[pair.cameras[k]].camera;
+    rays[k] = seen_ray(camera.camera.lens, seen[k].pixel,
+                       camera.model ? camera.model->free() : std::span<const FreeParameter>());
+    if (!rays[k]) return std::nullopt;
+    directions[k] = pair.camera_from_rectified[k].rotation().inverse() * rays[k]->direction;
+  }
+  const auto inverse_m =
+      inverse_distances(directions, pair.translation_m * Vector3d::Unit(pair.is_vertical ? 1 : 0));
+  VerticalDisparity result;
+  double noise = 0;
+  Eigen::RowVectorXd by_rig = Eigen::RowVectorXd::Zero(rig.covariance.cols());
+  for (std::size_t k = 0; k < 2; ++k) {
+    const auto at = coordinate_across(pair.targets[k], pair.is_vertical, directions[k]);
+    if (!at) return std::nullopt;
+    const double sign = k == 0 ? 1 : -1;
+    result.difference_px += sign * at->px;
+    const Matrix3d turn = pair.camera_from_rectified[k].rotation_matrix().transpose();
+    const Eigen::RowVector2d by_pixel = at->by_direction * turn * rays[k]->by_pixel;
+    noise += by_pixel.dot(by_pixel * seen[k].covariance_px2);
+    const double error = rig.cameras[pair.cameras[k]].camera_error_px.value_or(0);
+    noise += error * error * by_pixel.squaredNorm();
+    if (rig.covariance.size() == 0) continue;
+    const auto c = static_cast<Eigen::Index>(pair.cameras[k]);
+    Eigen::Matrix<double, 2, 6> by_place = rays[k]->pixel_by_pose;
+    by_place.rightCols<3>() *= inverse_m[k];
+    by_rig.segment<6>(6 * c) += sign * by_pixel * by_place;
+    const auto& by_lens = rays[k]->pixel_by_parameters;
+    by_rig.segment(rig.first_of_lens(pair.cameras[k]), by_lens.cols()) += sign * by_pixel * by_lens;
+  }
+  const double of_rig =
+      rig.covariance.size() == 0 ? 0 : std::max(0.0, by_rig.dot(by_rig * rig.covariance));
+  result.sigma_of_rig_px = std::sqrt(of_rig);
+  result.sigma_px = std::sqrt(of_rig + noise);
+  return result;
+}
+
+}  // namespace tagcal

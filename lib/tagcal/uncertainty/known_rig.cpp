@@ -1,0 +1,53 @@
+#include "tagcal/uncertainty/known_rig.hpp"
+
+#include <fmt/format.h>
+
+#include "tagcal/error.hpp"
+
+namespace tagcal {
+
+Eigen::Index KnownRig::first_of_lens(std::size_t camera) const {
+  auto at = 6 * std::ssize(cameras);
+  for (std::size_t c = 0; c < camera; ++c) at += cameras[c].camera.num_free();
+  return at;
+}
+
+std::optional<std::size_t> KnownRig::reference() const {
+  for (std::size_t c = 0; c < cameras.size(); ++c)
+    if (minus(cameras[c].camera_from_rig, Pose()).isZero()) return c;
+  return std::nullopt;
+}
+
+void KnownRig::set_joint_covariance(const MatrixX& joint) {
+  const Eigen::Index places = 6 * std::ssize(cameras), size = first_of_lens(cameras.size());
+  const Eigen::Index before = 6 * static_cast<Eigen::Index>(reference().value());
+  Eigen::MatrixXd onto = Eigen::MatrixXd::Zero(size, joint.rows());
+  onto.topLeftCorner(before, before).setIdentity();
+  onto.block(before + 6, before, places - 6 - before, places - 6 - before).setIdentity();
+  onto.bottomRightCorner(size - places, size - places).setIdentity();
+  covariance = onto * joint * onto.transpose();
+}
+
+void KnownRig::check_covariance() const {
+  const Eigen::Index size = first_of_lens(cameras.size());
+  if (covariance.size() == 0 || (covariance.rows() == size && covariance.cols() == size)) return;
+  throw Error(
+      fmt::format("rig: the covariance of its places and lenses must be {} x {}, got {} x {}", size,
+                  size, covariance.rows(), covariance.cols()));
+}
+
+KnownRig selected(const KnownRig& rig, std::span<const std::size_t> cameras) {
+  KnownRig part;
+  std::vector<Eigen::Index> rows, rows_of_lenses;
+  for (const std::size_t c : cameras) {
+    part.cameras.push_back(rig.cameras[c]);
+    for (Eigen::Index i = 0; i < 6; ++i) rows.push_back(6 * static_cast<Eigen::Index>(c) + i);
+    for (Eigen::Index i = 0; i < rig.cameras[c].camera.num_free(); ++i)
+      rows_of_lenses.push_back(rig.first_of_lens(c) + i);
+  }
+  rows.insert(rows.end(), rows_of_lenses.begin(), rows_of_lenses.end());
+  if (rig.covariance.size() > 0) part.covariance = rig.covariance(rows, rows);
+  return part;
+}
+
+}  // namespace tagcal
