@@ -14,7 +14,7 @@ TEST_F(ConvertCli, EveryCameraOptionTakesEveryFormat) {
       run("pose " + set() + exact() + " --json --camera " + path("set/truth.yaml"));
   ASSERT_EQ(known_truth.exit_code, 0) << known_truth.err;
   for (const std::string format :
-       {"tagcal", "opencv", "kalibr", "ros", "colmap", "mrcal", "nerfstudio", "basalt"}) {
+       {"tagcal", "opencv", "kalibr", "euroc", "ros", "colmap", "mrcal", "nerfstudio", "basalt"}) {
     const std::string out = path("camera-" + format);
     const Outcome written =
         run("convert " + path("set/truth.yaml") + " " + out + " --to " + format);

@@ -162,6 +162,9 @@ struct KnownRig {
   void set_joint_covariance(const MatrixX& joint);
 };
 
+// The step of b_from_a = b_from_rig * a_from_rig^-1 by those of the two poses (6 x 12, `retract`).
+Eigen::Matrix<double, 6, 12> pair_by_places(const Pose& a_from_rig, const Pose& b_from_rig);
+
 // The rig of an answer. Precondition: is_answer(rig.status).
 KnownRig known_rig(const RigCalibration& rig);
 
