@@ -82,7 +82,7 @@ TEST_F(ConvertCli, WrongFilesAndOptions) {
   expect_bad_input("convert " + truth + " " + path("o.yaml"), {"o.yaml", "--to"});
   expect_bad_input("convert " + truth + " " + path("o.yaml") + " --to matlab",
                    {"matlab", "kalibr"});
-  expect_bad_input("convert " + path("stereo.yml") + " " + path("o.xml"),
+  expect_bad_input("convert " + path("stereo.yml") + " " + path("o.cameramodel"),
                    {"left, right", "stereo.yml:left"});
   expect_bad_input("convert " + path("stereo.yml:left") + " " + path("o.xml"), {"--image-size"});
   expect_bad_input("convert " + path("stereo.yml:left") + " " + path("o.xml") + " --image-size 640",

@@ -24,6 +24,7 @@ using RigJson = nlohmann::ordered_json;
 using Eigen::Vector3d;
 
 constexpr double kDegrees = 180 / std::numbers::pi;
+constexpr double kLeastStep = 1e-12;  // numeric: rad or m; smaller differences are shown as 0
 
 // The lenses of a camera that both rigs have.
 struct ComparedLens {
@@ -114,6 +115,8 @@ std::string rigs_verdict(const RigDifference& difference) {
       2);
 }
 
+double without_rounding(double value, double least) { return std::abs(value) < least ? 0 : value; }
+
 std::string sd_text(const std::optional<double>& in_sigmas) {
   return in_sigmas ? fmt::format(", {:.1f} sd", *in_sigmas) : "";
 }
@@ -123,9 +126,10 @@ std::string lens_lines(const ComparedLens& lens) {
   for (const Comparison& c : lens.comparisons) {
     const std::optional<double> score =
         c.test ? std::optional(c.test->in_sigmas) : std::optional<double>();
-    text += fmt::format("  lens at {:<12} {} px rms, {} px at most{}\n",
-                        distance_text(c.difference.distance_m), two_digits(c.difference.rms_px),
-                        two_digits(c.difference.max_px), sd_text(score));
+    text += fmt::format(
+        "  lens at {:<12} {} px rms, {} px at most{}\n", distance_text(c.difference.distance_m),
+        two_digits(without_rounding(c.difference.rms_px, kLeastPx)),
+        two_digits(without_rounding(c.difference.max_px, kLeastPx)), sd_text(score));
   }
   return text;
 }
@@ -136,7 +140,8 @@ std::string three_steps(const PlaceDifference& pair, int first, double unit) {
   for (int i = first; i < first + 3; ++i) {
     const double sigma =
         pair.covariance ? std::sqrt(std::max(0.0, (*pair.covariance)(i, i))) : std::nan("");
-    const Measured m = measured(unit * pair.step[i], unit * sigma);
+    const double step = without_rounding(pair.step[i], kLeastStep);
+    const Measured m = measured(unit * step, unit * sigma);
     text += fmt::format("  {:>20}", m.sigma.empty() ? m.value : m.value + " +- " + m.sigma);
   }
   return text;

@@ -12,8 +12,6 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kLeastPx = 1e-6;  // numeric: a smaller difference is shown as 0
-
 }  // namespace
 
 std::vector<Vector2d> common_region(const CalibrationFile& a, const CalibrationFile& b) {

@@ -13,6 +13,7 @@ namespace tagcal::tools {
 
 // Beyond this the calibrations contradict one another: 1 in 700 by chance.
 inline constexpr double kMostSigmas = 3;
+inline constexpr double kLeastPx = 1e-6;  // numeric: a smaller difference is shown as 0
 
 // One comparison of two lenses: the difference, and what the covariances of both predict.
 struct Comparison {
