@@ -10,6 +10,7 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/io/formats/colmap_lens.hpp"
+#include "tagcal/io/formats/colmap_rig.hpp"
 #include "tagcal/io/formats/colmap_rig_config.hpp"
 #include "tagcal/io/formats/number_format.hpp"
 #include "tagcal/io/formats/text_lines.hpp"
@@ -99,12 +100,6 @@ std::string camera_line(const FileCamera& camera, std::size_t id) {
                      fmt::join(lens.values, " "));
 }
 
-std::string pose_words(const Pose& pose) {
-  const Eigen::Quaterniond q = pose.rotation();
-  const Eigen::Vector3d& t = pose.translation();
-  return fmt::format("{} {} {} {} {} {} {}", q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z());
-}
-
 std::string images_text(const std::vector<ImagePose>& poses) {
   std::string text = "# IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME\n# a blank line\n";
   for (std::size_t i = 0; i < poses.size(); ++i) {
@@ -112,67 +107,8 @@ std::string images_text(const std::vector<ImagePose>& poses) {
     if (image.empty() || image.find_first_of(" \t\r\n") != std::string::npos)
       throw Error(fmt::format("COLMAP ends the name of a picture at a space: {} must have none",
                               shown(image)));
-    text += fmt::format("{} {} {} {}\n\n", i + 1, pose_words(poses[i].camera_from_world),
+    text += fmt::format("{} {} {} {}\n\n", i + 1, colmap_pose(poses[i].camera_from_world),
                         poses[i].camera + 1, image);
-  }
-  return text;
-}
-
-// rigs.txt: RIG_ID NUM_SENSORS, type and id of the reference, then type, id, HAS_POSE and pose of
-// each other sensor.
-std::string rigs_text(const CameraFile& file) {
-  const ColmapRig rig = *colmap_rig(file);
-  std::string text = fmt::format(
-      "# RIG_ID, NUM_SENSORS, REF_SENSOR_TYPE, REF_SENSOR_ID, SENSORS[] as (SENSOR_TYPE, "
-      "SENSOR_ID, HAS_POSE, [QW, QX, QY, QZ, TX, TY, TZ])\n1 {} CAMERA {}",
-      file.cameras.size(), rig.reference + 1);
-  for (std::size_t i = 0; i < file.cameras.size(); ++i)
-    if (i != rig.reference)
-      text += fmt::format(" CAMERA {} 1 {}", i + 1, pose_words(rig.camera_from_rig[i]));
-  return text + "\n";
-}
-
-// The pictures of one instant: those that see the rig at the same pose, one a camera.
-struct ColmapFrame {
-  Pose rig_from_world;
-  std::map<std::size_t, std::size_t> images;  // by camera
-};
-
-std::vector<ColmapFrame> frames_of(const CameraFile& file, const ColmapRig& rig) {
-  constexpr double kSame = 1e-9;  // rad and m: rounding
-  std::vector<ColmapFrame> frames;
-  std::multimap<double, std::size_t> by_x;  // frames by the first coordinate
-  for (std::size_t i = 0; i < file.poses.size(); ++i) {
-    const std::size_t camera = file.poses[i].camera;
-    const Pose pose = rig.camera_from_rig[camera].inverse() * file.poses[i].camera_from_world;
-    const double x = pose.translation().x();
-    std::optional<std::size_t> frame;
-    for (auto it = by_x.lower_bound(x - kSame); it != by_x.upper_bound(x + kSame); ++it)
-      if (minus(frames[it->second].rig_from_world, pose).norm() < kSame &&
-          !frames[it->second].images.contains(camera))
-        frame = it->second;
-    if (!frame) {
-      frame = frames.size();
-      frames.push_back({pose, {}});
-      by_x.emplace(x, *frame);
-    }
-    frames[*frame].images[camera] = i;
-  }
-  return frames;
-}
-
-// frames.txt, without which COLMAP does not read pictures beside rigs.txt.
-std::string frames_text(const CameraFile& file) {
-  std::string text =
-      "# FRAME_ID, RIG_ID, RIG_FROM_WORLD[QW, QX, QY, QZ, TX, TY, TZ], NUM_DATA_IDS, DATA_IDS[] as "
-      "(SENSOR_TYPE, SENSOR_ID, DATA_ID)\n";
-  const std::vector<ColmapFrame> frames = frames_of(file, *colmap_rig(file));
-  for (std::size_t f = 0; f < frames.size(); ++f) {
-    text += fmt::format("{} 1 {} {}", f + 1, pose_words(frames[f].rig_from_world),
-                        frames[f].images.size());
-    for (const auto& [camera, image] : frames[f].images)
-      text += fmt::format(" CAMERA {} {}", camera + 1, image + 1);
-    text += "\n";
   }
   return text;
 }
@@ -214,24 +150,6 @@ void read_rigs(const ColmapText& text, const CameraIds& cameras, CameraFile& fil
 }
 
 }  // namespace
-
-std::optional<ColmapRig> colmap_rig(const CameraFile& file) {
-  ColmapRig rig;
-  if (file.cameras.size() < 2) return std::nullopt;
-  for (std::size_t i = 0; i < file.cameras.size(); ++i) {
-    const auto& place = file.cameras[i].camera_from_rig;
-    if (!place) return std::nullopt;
-    if (!rig.is_reference_frame && minus(*place, Pose()).isZero()) {
-      rig.reference = i;
-      rig.is_reference_frame = true;
-    }
-  }
-  const Pose rig_from_reference = file.cameras[rig.reference].camera_from_rig->inverse();
-  for (const FileCamera& camera : file.cameras)
-    rig.camera_from_rig.push_back(*camera.camera_from_rig * rig_from_reference);
-  rig.camera_from_rig[rig.reference] = Pose();
-  return rig;
-}
 
 bool is_colmap_cameras(std::string_view text) {
   TextLines lines("", text);
@@ -283,9 +201,9 @@ FormatOutput write_colmap(const CameraFile& file, bool cameras_only) {
   output.notes.emplace_back(
       "pixel centres are at (0.5, 0.5) in COLMAP and (0, 0) here: cx and cy became 0.5 larger");
   if (rig && !cameras_only) {
-    output.files.push_back({"rigs.txt", rigs_text(file)});
-    output.files.push_back({"frames.txt", frames_text(file)});
-    output.files.push_back({"rig_config.json", rig_config_text(file)});
+    output.files.push_back({"rigs.txt", colmap_rigs_text(file, *rig)});
+    output.files.push_back({"frames.txt", colmap_frames_text(file, *rig)});
+    output.files.push_back({"rig_config.json", rig_config_text(file, *rig)});
     note_reference(file, *rig, output.notes);
   } else {
     note_no_rig(file, output.notes);

@@ -28,13 +28,4 @@ CameraFile read_colmap(const ColmapText& cameras, const std::optional<ColmapText
 // frames.txt and rig_config.json.
 FormatOutput write_colmap(const CameraFile& file, bool cameras_only);
 
-// The cameras in the frame of a reference, as COLMAP has rigs: that of the file, or the first one.
-// No value unless there are several cameras with places.
-struct ColmapRig {
-  std::size_t reference = 0;
-  bool is_reference_frame = false;  // the rig's frame in the file is that of the reference
-  std::vector<Pose> camera_from_rig;
-};
-std::optional<ColmapRig> colmap_rig(const CameraFile& file);
-
 }  // namespace tagcal::internal

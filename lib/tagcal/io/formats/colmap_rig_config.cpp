@@ -89,8 +89,7 @@ CameraFile read_rig_config(const std::string& text, const std::string& name) {
   return file;
 }
 
-std::string rig_config_text(const CameraFile& file) {
-  const ColmapRig rig = *colmap_rig(file);
+std::string rig_config_text(const CameraFile& file, const ColmapRig& rig) {
   std::string items;
   for (std::size_t i = 0; i < file.cameras.size(); ++i)
     items +=
@@ -103,7 +102,7 @@ FormatOutput write_rig_config(const CameraFile& file) {
   const std::optional<ColmapRig> rig = colmap_rig(file);
   if (!rig) throw Error("rig_config.json needs several cameras and their places in a rig");
   FormatOutput output;
-  output.files = {{"", rig_config_text(file)}};
+  output.files = {{"", rig_config_text(file, *rig)}};
   output.notes.emplace_back(
       "pixel centres are at (0.5, 0.5) in COLMAP and (0, 0) here: cx and cy became 0.5 larger");
   output.notes.emplace_back(
@@ -112,13 +111,6 @@ FormatOutput write_rig_config(const CameraFile& file) {
   note_no_uncertainty(file, output.notes);
   note_no_poses(file, output.notes);
   return output;
-}
-
-void note_reference(const CameraFile& file, const ColmapRig& rig, std::vector<std::string>& notes) {
-  if (!rig.is_reference_frame)
-    notes.push_back(
-        fmt::format("dropped: the place of the cameras on the {}: the rig's frame is {}",
-                    file.rig_is_imu ? "IMU" : "rig", shown(file.cameras[rig.reference].name)));
 }
 
 }  // namespace tagcal::internal
