@@ -135,6 +135,12 @@ TEST_F(RigFormats, KalibrsRelationsAreCarried) {
   const std::string text = read_text(folder_ / "c.yaml");
   EXPECT_NE(text.find("cam_overlaps: [1, 2]\n"), std::string::npos);
   EXPECT_NE(text.find("timeshift_cam_imu: 0.0123\n"), std::string::npos);
+  // One camera has no others.
+  write_camera_file(folder_ / "one.yaml", read_one_camera(path("c.yaml") + ":cam0"), "kalibr");
+  EXPECT_NE(read_text(folder_ / "one.yaml").find("cam_overlaps: []\n"), std::string::npos);
+  write("cut.yaml", replaced(kKalibr, "cam_overlaps: [1]", "cam_overlaps: [2]"));
+  EXPECT_EQ(read_camera_file(folder_ / "cut.yaml").notes.front(),
+            "dropped: cam0.cam_overlaps, with cameras that are not in the file");
   const CameraFile back = read_camera_file(folder_ / "c.yaml");
   EXPECT_TRUE(back.rig_is_imu);
   EXPECT_FALSE(back.cameras[0].imu_time_shift_s);
@@ -268,8 +274,8 @@ TEST_F(RigFormats, BadFilesAreOneLine) {
       {replaced(kKalibr, "-0.1100738", "-110.0738"),
        ": the camera cam1 is 110.074 m from cam0: places must be in metres, divide those in "
        "millimetres by 1000"},
-      {replaced(kKalibr, "cam_overlaps: [1]", "cam_overlaps: [2]"),
-       ": cam0.cam_overlaps[0]: must be a whole number from 0 to 1, got 2"},
+      {replaced(kKalibr, "cam_overlaps: [1]", "cam_overlaps: [-1]"),
+       ": cam0.cam_overlaps[0]: must be a whole number from 0 to 63, got -1"},
       {stereo("1, 0, 0, 0, 1, 0, 0, 0, -1", "-0.1, 0, 0"),
        ": R: it must be a rotation, but |R'R - 1| is 0, det R is -1"},
       {stereo("1, 0, 0, 0, 1, 0, 0, 0, 1", "-60, 0, 0"),

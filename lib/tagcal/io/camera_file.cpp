@@ -99,7 +99,7 @@ void check_cameras(const CameraFile& file, const std::string& name) {
       throw Error(fmt::format("{}: two cameras have the name {}", name, shown(camera.name)));
     const std::optional<Pose>&place = camera.camera_from_rig,
           &first = file.cameras.front().camera_from_rig;
-    if (!place || !first || file.format == "tagcal") continue;
+    if (!place || !first || row_of(file.format).any_unit) continue;
     const double metres = (*place * first->inverse()).translation().norm();
     if (metres > kMostMetresApart)
       throw Error(fmt::format(
@@ -153,6 +153,7 @@ CameraFile only(CameraFile file, std::size_t camera) {
   std::erase_if(file.poses, [&](const ImagePose& pose) { return pose.camera != camera; });
   for (ImagePose& pose : file.poses) pose.camera = 0;
   file.cameras = {file.cameras[camera]};
+  file.cameras.front().overlaps.reset();  // numbers of the others
   return file;
 }
 

@@ -98,7 +98,8 @@ constexpr FormatRow kRows[] = {
      .readers = {{{.has_keys = is_truth,
                    .read = [](const CameraText& file) { return read_truth_camera(file.path); }},
                   {.has_keys = has_rig_keys, .read = by_keys<read_rig_cameras>}}},
-     .write = by_content<write_tagcal>},
+     .write = by_content<write_tagcal>,
+     .any_unit = true},
     {.format = {.name = "opencv",
                 .program = "cv::FileStorage: YAML, .xml, .json; a stereo pair is M1 D1 M2 D2 R T E "
                            "F in one file, or "
@@ -170,7 +171,8 @@ constexpr FormatRow kRows[] = {
          [](const CameraFile& file, const fs::path& out) {
            if (out.string().ends_with("rig_config.json")) return write_rig_config(file);
            return write_colmap(file, out.string().ends_with("cameras.txt"));
-         }},
+         },
+     .any_unit = true},
     {.format = {.name = "mrcal",
                 .program = "x.cameramodel; of a rig a folder with one for each camera",
                 .lenses = "PINHOLE, OPENCV4, 5, 8 (12 is read without thin prism)",
@@ -195,7 +197,8 @@ constexpr FormatRow kRows[] = {
                        [](const CameraText& file) {
                          return read_nerfstudio(*file.top, file.stated_size);
                        }}}},
-     .write = by_content<write_nerfstudio>},
+     .write = by_content<write_nerfstudio>,
+     .any_unit = true},
     {.format = {.name = "basalt",
                 .program = "calibration.json",
                 .lenses = "pinhole, pinhole-radtan8, kb4, ds, eucm (ucm: read only)",

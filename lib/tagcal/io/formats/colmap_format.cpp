@@ -135,6 +135,8 @@ void read_rigs(const ColmapText& text, const CameraIds& cameras, CameraFile& fil
     if (sensors < 2) continue;
     if (++num_rigs > 1) lines.fail("is a second rig of several cameras: tagcal takes one a file");
     camera_of_sensor(lines, 2, cameras, file).camera_from_rig = Pose();
+    file.notes.emplace_back(
+        "places have the unit of the reconstruction, which is the metre only if it was scaled");
     std::size_t at = 4;
     for (int i = 1; i < sensors; ++i) {
       FileCamera& camera = camera_of_sensor(lines, at, cameras, file);

@@ -11,6 +11,7 @@
 #include "tagcal/error.hpp"
 #include "tagcal/io/formats/kalibr_lens.hpp"
 #include "tagcal/io/formats/number_format.hpp"
+#include "tagcal/io/text/limits.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
 
 namespace tagcal::internal {
@@ -48,10 +49,16 @@ void use_imu(const std::vector<std::pair<std::string, YamlValue>>& cameras, Came
 }
 
 // What a camera says of the others and of the IMU's clock.
-void read_relations(const YamlValue& keys, std::size_t num_cameras, FileCamera& camera) {
+void read_relations(const YamlValue& keys, std::size_t num_cameras, FileCamera& camera,
+                    std::vector<std::string>& notes) {
   if (const auto shift = keys.find("timeshift_cam_imu")) camera.imu_time_shift_s = shift->number();
-  if (const auto overlaps = keys.find("cam_overlaps"))
-    camera.overlaps = numbers_of_cameras(*overlaps, num_cameras);
+  const auto overlaps = keys.find("cam_overlaps");
+  if (!overlaps) return;
+  camera.overlaps = numbers_of_cameras(*overlaps, limits::kMaxRigCameras);
+  if (std::ranges::all_of(*camera.overlaps, [&](std::size_t i) { return i < num_cameras; })) return;
+  camera.overlaps.reset();
+  notes.push_back(
+      fmt::format("dropped: {}, with cameras that are not in the file", overlaps->path()));
 }
 
 bool is_camera(const YamlValue& value) {
@@ -103,7 +110,7 @@ CameraFile read_kalibr(const YamlValue& top) {
   for (const auto& [name, keys] : cameras) {
     FileCamera camera = read_kalibr_camera(keys, "distortion_coeffs");
     camera.name = name;
-    read_relations(keys, cameras.size(), camera);
+    read_relations(keys, cameras.size(), camera, file.notes);
     if (!file.cameras.empty()) {
       const auto transform = keys.find("T_cn_cnm1");
       has_rig = has_rig && transform;

@@ -146,7 +146,10 @@ std::size_t camera_of(const YamlValue& frame, const LensKind* kind, const ImageS
   const auto [place, is_new] =
       known.emplace(std::pair(numbers_of(camera), camera.name), file.cameras.size());
   if (is_new) {
-    if (camera.name.empty()) camera.name = fmt::format("cam{}", place->second);
+    const bool is_new_name =
+        !camera.name.empty() &&
+        std::ranges::find(file.cameras, camera.name, &FileCamera::name) == file.cameras.end();
+    if (!is_new_name) camera.name = fmt::format("cam{}", place->second);
     file.cameras.push_back(std::move(camera));
   }
   return place->second;
