@@ -14,7 +14,7 @@ TEST_F(ConvertCli, EveryCameraOptionTakesEveryFormat) {
       run("pose " + set() + exact() + " --json --camera " + path("set/truth.yaml"));
   ASSERT_EQ(known_truth.exit_code, 0) << known_truth.err;
   for (const std::string format :
-       {"tagcal", "opencv", "kalibr", "ros", "colmap", "mrcal", "nerfstudio", "basalt"}) {
+       {"tagcal", "opencv", "kalibr", "euroc", "ros", "colmap", "mrcal", "nerfstudio", "basalt"}) {
     const std::string out = path("camera-" + format);
     const Outcome written =
         run("convert " + path("set/truth.yaml") + " " + out + " --to " + format);
@@ -82,7 +82,7 @@ TEST_F(ConvertCli, WrongFilesAndOptions) {
   expect_bad_input("convert " + truth + " " + path("o.yaml"), {"o.yaml", "--to"});
   expect_bad_input("convert " + truth + " " + path("o.yaml") + " --to matlab",
                    {"matlab", "kalibr"});
-  expect_bad_input("convert " + path("stereo.yml") + " " + path("o.xml"),
+  expect_bad_input("convert " + path("stereo.yml") + " " + path("o.cameramodel"),
                    {"left, right", "stereo.yml:left"});
   expect_bad_input("convert " + path("stereo.yml:left") + " " + path("o.xml"), {"--image-size"});
   expect_bad_input("convert " + path("stereo.yml:left") + " " + path("o.xml") + " --image-size 640",

@@ -38,6 +38,12 @@ std::string scene_of(const std::string& right, const std::string& views = "12") 
          "sensor: {blur_px: 0.6, noise_levels: 2}\n";
 }
 
+std::string replaced_all(std::string text, const std::string& from, const std::string& to) {
+  for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at))
+    text.replace(at, from.size(), to);
+  return text;
+}
+
 const char* const kPlace =
     "      rig_from_camera: {translation_m: [0.08, 0.002, 0.001], roll_pitch_yaw_deg: [1, 2, 3]}\n";
 
@@ -75,6 +81,74 @@ TEST_F(CliRig, PicturesToARigFile) {
   ASSERT_EQ(
       run("convert " + path("rig.yaml") + " " + path("chain.yaml") + " --to kalibr").exit_code, 0);
   EXPECT_NE(slurp(root() / "chain.yaml").find("T_cn_cnm1"), std::string::npos);
+}
+
+// `diff` of rigs: the same rig from other noise and with another reference, a moved camera, another
+// lens, and files of other programs.
+TEST_F(CliRig, DifferenceOfTwoRigs) {
+  render("rig", scene_of(kPlace));
+  const std::string sets = path("rig/left/images") + " " + path("rig/right/images") + " --target " +
+                           path("rig/target.yaml");
+  const auto calibrate = [&](const std::string& out, const std::string& more) {
+    const Outcome outcome = run("rig " + sets + " --out " + path(out) + more);
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  };
+  calibrate("a.yaml", "");
+  calibrate("b.yaml", " --reference right --cameras joint");
+  const auto diff = [&](const std::string& b, const std::string& a = "a.yaml") {
+    const Outcome outcome = run("diff " + path(a) + " " + path(b) + " --json");
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return Json::parse(outcome.out);
+  };
+  const Json same = diff("b.yaml");
+  EXPECT_EQ(same["verdict"], "consistent");
+  ASSERT_EQ(same["pairs"].size(), 1U);
+  const Json& pair = same["pairs"][0];
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_LT(std::abs(pair["translation_m"][i].get<double>()),
+              0.1 * pair["translation_sigma_m"][i].get<double>());
+    EXPECT_GT(pair["rotation_sigma_deg"][i].get<double>(), 0);
+  }
+  EXPECT_EQ(same["cameras"][1]["name"], "right");
+
+  // A camera that moved by 5 mm, in the file alone.
+  const std::string text = slurp(root() / "a.yaml");
+  const std::size_t at = text.find("translation_m: [", text.find("name: \"right\"")) + 16;
+  spill(root() / "moved.yaml", text.substr(0, at) + "-0.085" + text.substr(text.find(',', at)));
+  const Json moved = diff("moved.yaml");
+  EXPECT_EQ(moved["verdict"], "different");
+  EXPECT_EQ(moved["differs_in"], Json({"the place of right from left"}));
+  EXPECT_GT(moved["pairs"][0]["in_sigmas"].get<double>(), 5);
+  const Outcome shown = run("diff " + path("a.yaml") + " " + path("moved.yaml"));
+  EXPECT_NE(shown.out.find("DIFFERENT: the place of right from left differs"), std::string::npos)
+      << shown.out;
+
+  // Another program's file has no covariances: those of one rig are enough; of neither, it is said.
+  ASSERT_EQ(run("convert " + path("a.yaml") + " " + path("chain.yaml") +
+                " --to kalibr --model "
+                "opencv4 --max-difference-px 1")
+                .exit_code,
+            0);
+  const Json foreign = diff("chain.yaml");
+  EXPECT_TRUE(foreign["pairs"][0]["in_sigmas"].is_number());
+  const Json neither = diff("chain.yaml", "chain.yaml");
+  EXPECT_EQ(neither["verdict"], "unknown");
+  EXPECT_TRUE(neither["pairs"][0]["translation_sigma_m"].is_null());
+  EXPECT_NE(run("diff " + path("chain.yaml") + " " + path("chain.yaml")).out.find("not known"),
+            std::string::npos);
+
+  for (const auto& [b, message] :
+       {std::pair(path("a.yaml") + ":left", ": must be a rig as "),
+        {path("models"), ": has no place of the camera left in a rig"}}) {
+    if (b == path("models")) {
+      spill(root() / "bare.yaml", replaced_all(replaced_all(text, "camera_from_rig", "was"),
+                                               "joint_covariance", "joint"));
+      ASSERT_EQ(run("convert " + path("bare.yaml") + " " + b + " --to mrcal").exit_code, 0);
+    }
+    const Outcome outcome = run("diff " + path("a.yaml") + " " + b);
+    EXPECT_EQ(outcome.exit_code, 2);
+    EXPECT_NE(outcome.err.find(message), std::string::npos) << outcome.err;
+  }
 }
 
 TEST_F(CliRig, APoseNeedsTheRigOfItsCameras) {

@@ -101,8 +101,9 @@ TEST_F(CameraFileTest, KalibrsChain) {
   EXPECT_EQ((*file.cameras[1].camera_from_rig * Vector3d::Zero()).x(), -0.1100738);
   const std::string imu =
       "  T_cam_imu: [[0, -1, 0, 0.5], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]\n";
-  const CameraFile with_imu =
-      read(replaced(replaced(kKalibr, "cam0:\n", "cam0:\n" + imu), "cam1:\n", "cam1:\n" + imu));
+  const CameraFile with_imu = read(
+      replaced(replaced(replaced(kKalibr, "cam0:\n", "cam0:\n" + imu), "cam1:\n", "cam1:\n" + imu),
+               "T_cn_cnm1", "not_T_cn_cnm1"));
   EXPECT_EQ(with_imu.cameras[0].camera_from_rig->translation(), Vector3d(0.5, 0, 0));
   const CameraFile sphere = read(kKalibrSphere);
   EXPECT_TRUE(std::holds_alternative<DoubleSphere>(sphere.cameras[0].calibration.camera.lens));

@@ -170,6 +170,28 @@ TEST_F(PeerReadersTest, ColmapConvertsTheFolder) {
   }
 }
 
+// COLMAP 3.8 does not know rigs: their files beside its own do no harm.
+TEST_F(PeerReadersTest, ColmapReadsBesideTheFilesOfARig) {
+  if (!output("colmap help")) GTEST_SKIP() << "colmap is not installed";
+  CameraFile file = camera_file(lenses()[1]);
+  file.cameras.push_back(camera_file(lenses()[3]).cameras[0]);
+  file.cameras[0].camera_from_rig = Pose();
+  file.poses[1].camera = 1;
+  write_camera_file(path("rig"), file, "colmap");
+  EXPECT_TRUE(fs::exists(folder_ / "rig/rigs.txt"));
+  fs::create_directories(folder_ / "out");
+  ASSERT_TRUE(output("QT_QPA_PLATFORM=offscreen colmap model_converter --input_path " +
+                     path("rig") + " --output_path " + path("out") + " --output_type TXT"));
+  const CameraFile back = read_camera_file(folder_ / "out");
+  ASSERT_EQ(back.cameras.size(), 2U);
+  ASSERT_EQ(back.poses.size(), 2U);
+  for (const ImagePose& pose : back.poses) {
+    const ImagePose& expected = file.poses[pose.image == "01.png"];
+    EXPECT_EQ(back.cameras[pose.camera].name, std::to_string(expected.camera + 1));
+    EXPECT_LT(minus(pose.camera_from_world, expected.camera_from_world).norm(), 1e-12);
+  }
+}
+
 TEST_F(PeerReadersTest, RosParsesCameraInfo) {
   if (!has_module("camera_calibration_parsers"))
     GTEST_SKIP() << "python3-camera-calibration-parsers is not installed";

@@ -50,8 +50,8 @@ def test_one_camera_comes_back_in_every_format(tmp_path: Path) -> None:
     pinhole = tagcal.Camera.pinhole(600.5, 600.5, 319, 241, SIZE)
     written = 0
     for name in names:
-        if name == "tum":
-            continue  # poses only
+        if name in ("tum", "wpilib"):
+            continue  # poses only; no size of the pictures
         out = tmp_path / (name + {"colmap": "", "nerfstudio": ".json"}.get(name, ".yaml"))
         notes = tagcal.write_camera(out, pinhole, name)
         assert isinstance(notes, list)
@@ -61,7 +61,7 @@ def test_one_camera_comes_back_in_every_format(tmp_path: Path) -> None:
         assert back.camera == pinhole, name
         assert back.camera.size == SIZE
         written += 1
-    assert written == len(names) - 1
+    assert written == len(names) - 2
 
 
 @pytest.mark.parametrize("name", ["a.yaml", "a.xml"])

@@ -96,10 +96,19 @@ std::string format_of(const Arguments& arguments) {
       fmt::format("{}: its name does not say the format: choose one by --to", arguments.out));
 }
 
-// All cameras of the file for a format that holds several, else one.
+// True if OUT is a folder: of all cameras of a format with a file for each, or of a stereo pair.
+bool writes_folder(const Arguments& arguments, const CameraFormat& format) {
+  const std::filesystem::path out = arguments.out;
+  std::error_code error;
+  return format.folder || ((format.pair || !format.each.empty()) &&
+                           (std::filesystem::is_directory(out, error) || !out.has_extension()));
+}
+
+// All cameras of the file for a format that holds several, or as many files, else one.
 CameraFile read_cameras(const Arguments& arguments, const CameraFormat& format) {
   std::error_code error;
-  if (format.several && std::filesystem::exists(arguments.in, error))
+  if ((format.several || format.pair || writes_folder(arguments, format)) &&
+      std::filesystem::exists(arguments.in, error))
     return read_camera_file(arguments.in, stated_size(arguments));
   return read_one_camera(arguments.in, stated_size(arguments));
 }
@@ -157,7 +166,7 @@ int run(const Arguments& arguments) {
     throw Error(fmt::format("{}: has corners: --target T.yaml names their board", arguments.in));
   const CameraFormat& format =
       *std::ranges::find(camera_formats(), format_of(arguments), &CameraFormat::name);
-  if (!format.folder) check_text_writable(arguments.out);
+  if (!writes_folder(arguments, format)) check_text_writable(arguments.out);
   CameraFile file = read_cameras(arguments, format);
   add_image_size(file, arguments);
   cut_and_scale(file, arguments);
@@ -199,10 +208,12 @@ std::string known_names() {
 
 std::string notes() {
   std::string text =
-      wrapped("",
-              "The format of IN is recognised by its content. IN:NAME chooses one of "
-              "several cameras. Every --camera option takes the same files.",
-              0) +
+      wrapped(
+          "",
+          "The format of IN is recognised by its content; it may be a folder with a file for each "
+          "camera of a rig. IN:NAME chooses one of several cameras. Every --camera option takes "
+          "the same files.",
+          0) +
       "\nFormats of --to:\n";
   for (const CameraFormat& format : camera_formats())
     text += wrapped(fmt::format("  {:<11} ", format.name), format.program, 14) +
@@ -217,7 +228,9 @@ Command add_convert(CLI::App& app) {
       add_command(app, "convert", "a camera, its poses or corners from and to files of others");
   const auto arguments = std::make_shared<Arguments>();
   add_option(*command, "IN", arguments->in, "a camera's file, or FILE:NAME").required();
-  add_option(*command, "OUT", arguments->out, "the file to write (colmap: a folder)")
+  add_option(
+      *command, "OUT", arguments->out,
+      "the file to write; a folder for colmap, and for a rig in formats with a file a camera")
       .writes_text()
       .required();
   add_option(*command, "--to", arguments->format,
@@ -246,6 +259,7 @@ Command add_convert(CLI::App& app) {
              "Example: tagcal convert camera.yaml front.cameramodel\n"
              "         tagcal convert camchain.yaml:cam1 right.yaml --to ros\n"
              "         tagcal convert camera.yaml sparse --to colmap\n"
+             "         tagcal convert rig.yaml models --to mrcal\n"
              "         tagcal convert camera.yaml half.yaml --to tagcal --resize 640x480\n"
              "         tagcal convert camchain.yaml:cam0 camera.yaml --model fisheye4\n"
              "         tagcal convert corners.vnl corners.csv --target board.yaml",

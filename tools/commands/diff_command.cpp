@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "commands/commands.hpp"
+#include "commands/diff_rigs.hpp"
 #include "draw/uncertainty_picture.hpp"
 #include "job/arguments.hpp"
 #include "job/camera_input.hpp"
@@ -17,6 +18,7 @@
 #include "job/plain_text.hpp"
 #include "job/terminal.hpp"
 #include "report/lens_comparison.hpp"
+#include "tagcal/error.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -130,7 +132,27 @@ std::string verdict_text(const std::vector<Comparison>& comparisons) {
                  verdict.sentence, 2);
 }
 
+// True if both arguments are rigs. Throws Error if one is.
+bool is_of_rigs(const Arguments& arguments, const std::optional<ComparedRig>& a,
+                const std::optional<ComparedRig>& b) {
+  if (a.has_value() != b.has_value()) {
+    const std::string& rig = a ? arguments.a : arguments.b;
+    throw Error(fmt::format("{}: must be a rig as {} is, or take one camera of that: {}:{}",
+                            a ? arguments.b : arguments.a, rig, rig,
+                            (a ? a : b)->file.cameras.front().name));
+  }
+  return a.has_value();
+}
+
 int run(const Arguments& arguments) {
+  const std::optional<ComparedRig> rig_a = rig_of_argument(arguments.a),
+                                   rig_b = rig_of_argument(arguments.b);
+  if (is_of_rigs(arguments, rig_a, rig_b)) {
+    print_answer(
+        rig_difference(*rig_a, *rig_b, arguments.near_m, arguments.whole_image, arguments.json),
+        arguments.json);
+    return kAnswer;
+  }
   const CalibrationFile a = read_camera(arguments.a);
   const CalibrationFile b = read_camera(arguments.b);
   const std::vector<Vector2d> samples =
@@ -156,16 +178,20 @@ int run(const Arguments& arguments) {
 
 Command add_diff(CLI::App& app) {
   CLI::App* command = add_command(
-      app, "diff", "difference of two calibrations in pixels, less that of a moved camera");
+      app, "diff",
+      "difference of two calibrations in pixels, less that of a moved camera; or of two rigs");
   const auto arguments = std::make_shared<Arguments>();
-  add_option(*command, "A", arguments->a, "a calibration").required();
-  add_option(*command, "B", arguments->b, "another of the same image size").required();
+  add_option(*command, "A", arguments->a, "a calibration, or a rig").required();
+  add_option(*command, "B", arguments->b, "another of the same image size, or of the same rig")
+      .required();
   add_length(*command, "--distance", arguments->near_m,
              "distance in metres at which they are compared, beside infinity (1)");
   add_flag(*command, "--whole-image", arguments->whole_image,
            "fit the moved camera over the whole image, not only where both had corners");
   add_flag(*command, "--json", arguments->json, "one JSON object on stdout");
-  add_footer(*command, "Example: tagcal diff monday.yaml friday.yaml --distance 2");
+  add_footer(*command,
+             "Example: tagcal diff monday.yaml friday.yaml --distance 2\n"
+             "         tagcal diff rig_monday.yaml rig_friday.yaml");
   return {command, [arguments] { return run(*arguments); }};
 }
 

@@ -12,10 +12,6 @@ namespace {
 
 using Eigen::Vector2d;
 
-// Beyond this the calibrations contradict one another: 1 in 700 by chance.
-constexpr double kMostSigmas = 3;
-constexpr double kLeastPx = 1e-6;  // numeric: a smaller difference is shown as 0
-
 }  // namespace
 
 std::vector<Vector2d> common_region(const CalibrationFile& a, const CalibrationFile& b) {
@@ -45,23 +41,30 @@ ComparisonVerdict verdict_of(std::span<const Comparison> comparisons) {
               is_consistent ? "" : fmt::format(": {:.1f} sd too much", worst->test->in_sigmas))};
 }
 
+std::vector<Comparison> compare(const std::string& name_a, const UncertainCamera& a,
+                                const std::string& name_b, const UncertainCamera& b,
+                                std::span<const Vector2d> samples,
+                                std::span<const double> distances_m) {
+  const ImageSize &of_a = a.camera.image_size, &of_b = b.camera.image_size;
+  if (of_a != of_b)
+    throw Error(fmt::format("{}: image size must be {}x{} as in {}, got {}x{}", name_b, of_a.width,
+                            of_a.height, name_a, of_b.width, of_b.height));
+  std::vector<Comparison> comparisons;
+  for (const double distance : distances_m) {
+    const auto d = lens_difference(a.camera, b.camera, samples, distance);
+    if (!d)
+      throw Error(fmt::format("{}, {}: have too little of the image in common to be compared",
+                              name_a, name_b));
+    comparisons.push_back({*d, difference_test(a, b, samples, *d)});
+  }
+  return comparisons;
+}
+
 std::vector<Comparison> compare(const std::string& file_a, const std::string& file_b,
                                 std::span<const Vector2d> samples,
                                 std::span<const double> distances_m) {
-  const LensInput a = read_lens(file_a, ""), b = read_lens(file_b, "");
-  const ImageSize &of_a = a.camera.camera.image_size, &of_b = b.camera.camera.image_size;
-  if (of_a != of_b)
-    throw Error(fmt::format("{}: image size must be {}x{} as in {}, got {}x{}", file_b, of_a.width,
-                            of_a.height, file_a, of_b.width, of_b.height));
-  std::vector<Comparison> comparisons;
-  for (const double distance : distances_m) {
-    const auto d = lens_difference(a.camera.camera, b.camera.camera, samples, distance);
-    if (!d)
-      throw Error(fmt::format("{}, {}: have too little of the image in common to be compared",
-                              file_a, file_b));
-    comparisons.push_back({*d, difference_test(a.camera, b.camera, samples, *d)});
-  }
-  return comparisons;
+  return compare(file_a, read_lens(file_a, "").camera, file_b, read_lens(file_b, "").camera,
+                 samples, distances_m);
 }
 
 }  // namespace tagcal::tools

@@ -11,6 +11,10 @@
 
 namespace tagcal::tools {
 
+// Beyond this the calibrations contradict one another: 1 in 700 by chance.
+inline constexpr double kMostSigmas = 3;
+inline constexpr double kLeastPx = 1e-6;  // numeric: a smaller difference is shown as 0
+
 // One comparison of two lenses: the difference, and what the covariances of both predict.
 struct Comparison {
   LensDifference difference;
@@ -32,7 +36,14 @@ struct ComparisonVerdict {
 };
 ComparisonVerdict verdict_of(std::span<const Comparison> comparisons);
 
-// Compares two calibrations at each distance. Throws Error if they have too little in common.
+// Compares two calibrations at each distance, which messages name. Throws Error if they have too
+// little in common.
+std::vector<Comparison> compare(const std::string& name_a, const UncertainCamera& a,
+                                const std::string& name_b, const UncertainCamera& b,
+                                std::span<const Eigen::Vector2d> samples,
+                                std::span<const double> distances_m);
+
+// The same of files.
 std::vector<Comparison> compare(const std::string& file_a, const std::string& file_b,
                                 std::span<const Eigen::Vector2d> samples,
                                 std::span<const double> distances_m);

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "tagcal/error.hpp"
+#include "tagcal/io/formats/camera_folder.hpp"
 #include "tagcal/io/formats/colmap_binary.hpp"
 #include "tagcal/io/formats/colmap_format.hpp"
 #include "tagcal/io/formats/format_table.hpp"
@@ -73,12 +74,39 @@ CameraFile read_folder(const fs::path& folder, const ImageSize& stated) {
     if (row.format.folder && fs::is_regular_file(cameras, error))
       return row.readers.front().read({cameras, read_text(cameras), {}, stated});
   }
-  for (const char* const name : {"truth.yaml", "transforms.json"})
+  for (const char* const name : {"truth.yaml", "transforms.json", "intrinsics.yml"})
     if (fs::is_regular_file(folder / name, error)) return read_camera_file(folder / name, stated);
   if (fs::is_regular_file(folder / kColmapCameras, error))
     return read_colmap_binary(folder / kColmapCameras);
+  for (const FormatRow& row : format_rows())
+    if (!row.format.each.empty())
+      if (auto cameras = read_camera_folder(folder, row, stated)) return *cameras;
   throw Error(folder.string() +
-              ": is a folder without cameras.txt, cameras.bin, truth.yaml or transforms.json");
+              ": is a folder without cameras.txt, cameras.bin, truth.yaml, transforms.json, "
+              "intrinsics.yml or a file for each camera (x.cameramodel, x/sensor.yaml, x.yaml of "
+              "ROS)");
+}
+
+// Two cameras of a rig farther apart than this are taken for a file in millimetres. Chosen by hand:
+// longer than a lorry, and less than 31 mm, which no two cameras with common views are apart.
+constexpr double kMostMetresApart = 30;
+
+// What all formats must have: names that differ, and places in metres.
+void check_cameras(const CameraFile& file, const std::string& name) {
+  std::set<std::string> names;
+  for (const FileCamera& camera : file.cameras) {
+    if (!camera.name.empty() && !names.insert(camera.name).second)
+      throw Error(fmt::format("{}: two cameras have the name {}", name, shown(camera.name)));
+    const std::optional<Pose>&place = camera.camera_from_rig,
+          &first = file.cameras.front().camera_from_rig;
+    if (!place || !first || row_of(file.format).any_unit) continue;
+    const double metres = (*place * first->inverse()).translation().norm();
+    if (metres > kMostMetresApart)
+      throw Error(fmt::format(
+          "{}: the camera {} is {:.6g} m from {}: places must be in metres, divide those in "
+          "millimetres by 1000",
+          name, shown(camera.name), metres, shown(file.cameras.front().name)));
+  }
 }
 
 // COLMAP's points are never written: those of another model must not be lost.
@@ -92,6 +120,17 @@ void keep_points_of_others(const fs::path& folder, const FormatOutput& output) {
   }
 }
 
+// COLMAP's rigs that would be read beside other cameras.
+void keep_rigs_of_others(const fs::path& folder, const FormatOutput& output) {
+  const auto writes = [&](std::string_view name) {
+    return std::ranges::find(output.files, name, &OutputText::name) != output.files.end();
+  };
+  std::error_code error;
+  if (writes("cameras.txt") && !writes("rigs.txt") && fs::exists(folder / "rigs.txt", error))
+    throw Error((folder / "rigs.txt").string() +
+                ": holds the rig of other cameras: choose another folder");
+}
+
 void write_files(const fs::path& out, const FormatOutput& output) {
   const bool folder = !output.files.front().name.empty();
   std::error_code error;
@@ -101,8 +140,12 @@ void write_files(const fs::path& out, const FormatOutput& output) {
   std::optional<FolderLock> lock;
   if (folder) lock.emplace(out, std::chrono::seconds(10));
   if (folder) keep_points_of_others(out, output);
-  for (const OutputText& file : output.files)
-    write_whole(folder ? out / file.name : out, file.text);
+  if (folder) keep_rigs_of_others(out, output);
+  for (const OutputText& file : output.files) {
+    const fs::path path = folder ? out / file.name : out;
+    if (folder) fs::create_directories(path.parent_path(), error);
+    write_whole(path, file.text);
+  }
 }
 
 // The poses of one camera, which becomes the only one.
@@ -110,6 +153,7 @@ CameraFile only(CameraFile file, std::size_t camera) {
   std::erase_if(file.poses, [&](const ImagePose& pose) { return pose.camera != camera; });
   for (ImagePose& pose : file.poses) pose.camera = 0;
   file.cameras = {file.cameras[camera]};
+  file.cameras.front().overlaps.reset();  // numbers of the others
   return file;
 }
 
@@ -126,7 +170,9 @@ std::size_t colon_before_name(const std::string& file_and_name) {
 
 }  // namespace
 
-CameraFile read_camera_file(const fs::path& path, const ImageSize& stated) {
+namespace {
+
+CameraFile read_any(const fs::path& path, const ImageSize& stated) {
   std::error_code error;
   if (fs::is_directory(path, error)) return read_folder(path, stated);
   if (path.filename() == kColmapCameras) return read_colmap_binary(path);
@@ -136,6 +182,14 @@ CameraFile read_camera_file(const fs::path& path, const ImageSize& stated) {
   refuse_cahvor(file.text, path.string());
   if (const FormatReader* const reader = reader_of(file)) return reader->read(file);
   file.top->fail_plainly("is no camera's file: it has none of the keys " + keys_of_formats());
+}
+
+}  // namespace
+
+CameraFile read_camera_file(const fs::path& path, const ImageSize& stated) {
+  CameraFile file = read_any(path, stated);
+  check_cameras(file, path.string());
+  return file;
 }
 
 CameraFile read_one_camera(const std::string& file_and_name, const ImageSize& stated) {
@@ -199,7 +253,8 @@ std::vector<std::string> write_camera_file(const fs::path& out, const CameraFile
     for (const FileCamera& camera : file.cameras)
       if (!row.format.only_poses && camera.calibration.camera.image_size == ImageSize{})
         throw Error("the image size is not known: give it by --image-size");
-    const FormatOutput output = row.write(file, out);
+    const bool each = !row.format.each.empty() && file.cameras.size() > 1 && names_folder(out);
+    const FormatOutput output = each ? write_camera_folder(file, row, out) : row.write(file, out);
     write_files(out, output);
     return output.notes;
   } catch (const Error& error) {

@@ -5,7 +5,10 @@
 #include "tagcal/io/camera_file.hpp"
 #include "tagcal/io/dataset_file.hpp"
 #include "tagcal/io/formats/basalt_format.hpp"
+#include "tagcal/io/formats/camera_folder.hpp"
 #include "tagcal/io/formats/colmap_format.hpp"
+#include "tagcal/io/formats/colmap_rig_config.hpp"
+#include "tagcal/io/formats/euroc_format.hpp"
 #include "tagcal/io/formats/format_table.hpp"
 #include "tagcal/io/formats/kalibr_format.hpp"
 #include "tagcal/io/formats/mrcal_format.hpp"
@@ -15,6 +18,7 @@
 #include "tagcal/io/formats/ros_text.hpp"
 #include "tagcal/io/formats/tagcal_format.hpp"
 #include "tagcal/io/formats/tum_format.hpp"
+#include "tagcal/io/formats/wpilib_format.hpp"
 #include "tagcal/io/text_file.hpp"
 
 namespace tagcal {
@@ -27,6 +31,11 @@ bool is_truth(const YamlValue& top) {
   const auto camera = top.find("camera");
   return camera && camera->is_map() && camera->find("model") && camera->find("image_width") &&
          !top.find("target") && !top.find("boards");
+}
+
+bool is_xml(std::string_view text) {
+  const std::size_t first = text.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
+  return first != std::string_view::npos && text[first] == '<';
 }
 
 // Numbers of pinhole cameras that differ from view to view have no place in a camera.
@@ -46,11 +55,26 @@ CameraFile read_truth_camera(const fs::path& path) {
 }
 
 CameraFile read_colmap_beside_images(const CameraText& cameras) {
-  const fs::path images = cameras.path.parent_path() / "images.txt";
-  std::optional<ColmapText> poses;
+  const auto beside = [&](const char* name) -> std::optional<ColmapText> {
+    const fs::path file = cameras.path.parent_path() / name;
+    std::error_code error;
+    if (!fs::is_regular_file(file, error)) return std::nullopt;
+    return ColmapText{file.string(), read_text(file)};
+  };
+  return read_colmap({cameras.path.string(), cameras.text}, beside("images.txt"),
+                     beside("rigs.txt"));
+}
+
+// intrinsics.yml of a stereo pair has its extrinsics.yml beside it.
+CameraFile read_opencv_beside_extrinsics(const CameraText& file) {
+  fs::path beside = file.path.parent_path() / "extrinsics";
+  beside += file.path.extension();
   std::error_code error;
-  if (fs::is_regular_file(images, error)) poses = {images.string(), read_text(images)};
-  return read_colmap({cameras.path.string(), cameras.text}, poses);
+  if (!is_pair_without_place(*file.top) || !fs::is_regular_file(beside, error))
+    return read_opencv(*file.top);
+  const std::string text = read_text(beside), name = beside.string();
+  return read_opencv(*file.top, is_xml(text) ? YamlValue::of(parse_opencv_xml(text, name), name)
+                                             : YamlValue::parse(text, name));
 }
 
 template <CameraFile (*Read)(const YamlValue&)>
@@ -74,37 +98,47 @@ constexpr FormatRow kRows[] = {
      .readers = {{{.has_keys = is_truth,
                    .read = [](const CameraText& file) { return read_truth_camera(file.path); }},
                   {.has_keys = has_rig_keys, .read = by_keys<read_rig_cameras>}}},
-     .write = by_content<write_tagcal>},
-    {.format =
-         {.name = "opencv",
-          .program =
-              "cv::FileStorage: YAML, .xml, .json; intrinsics.yml of a stereo pair is read too",
-          .lenses = "4, 5 or 8 coefficients, fisheye (12 and 14 are read if the rest is 0)",
-          .file = "camera_opencv.yaml",
-          .ending = ".xml"},
+     .write = by_content<write_tagcal>,
+     .any_unit = true},
+    {.format = {.name = "opencv",
+                .program = "cv::FileStorage: YAML, .xml, .json; a stereo pair is M1 D1 M2 D2 R T E "
+                           "F in one file, or "
+                           "a folder with intrinsics.yml and extrinsics.yml",
+                .lenses = "4, 5 or 8 coefficients, fisheye (12 and 14 are read if the rest is 0)",
+                .pair = true,
+                .file = "camera_opencv.yaml",
+                .ending = ".xml"},
      .key = "camera_matrix",
-     .readers = {{{.has_keys = has_opencv_keys, .read = by_keys<read_opencv>}}},
+     .readers = {{{.has_keys = has_opencv_keys, .read = read_opencv_beside_extrinsics}}},
      .write =
          [](const CameraFile& file, const fs::path& out) {
-           return write_opencv(file, storage_kind(out.extension().string()));
+           return write_opencv(file, storage_kind(out.extension().string()), names_folder(out));
          }},
     {.format =
          {.name = "kalibr",
-          .program = "camchain.yaml; sensor.yaml of EuRoC is read too",
+          .program = "camchain.yaml",
           .lenses =
               "pinhole with radtan or equidistant (ds, eucm, omni without distortion: read only)",
           .several = true,
           .file = "camchain.yaml",
           .ending = "camchain.yaml"},
      .key = "cam0",
-     .readers = {{{.has_keys = has_kalibr_keys, .read = by_keys<read_kalibr>},
-                  {.has_keys = has_euroc_keys, .read = by_keys<read_euroc>}}},
+     .readers = {{{.has_keys = has_kalibr_keys, .read = by_keys<read_kalibr>}}},
      .write = by_content<write_kalibr>},
+    {.format = {.name = "euroc",
+                .program = "sensor.yaml with T_BS; of a rig a folder with x/sensor.yaml",
+                .lenses = "as kalibr",
+                .file = "sensor.yaml",
+                .ending = "sensor.yaml",
+                .each = "{}/sensor.yaml"},
+     .readers = {{{.has_keys = has_euroc_keys, .read = by_keys<read_euroc>}}},
+     .write = by_content<write_euroc>},
     {.format = {.name = "ros",
                 .program = "camera_info YAML; ost.ini and the text of `ros2 topic echo` or "
                            "`rostopic echo` are read too",
                 .lenses = "plumb_bob, rational_polynomial, equidistant",
-                .file = "camera_info.yaml"},
+                .file = "camera_info.yaml",
+                .each = "{}.yaml"},
      .key = "distortion_model",
      .readers = {{{.has_text = is_ros_ini,
                    .read =
@@ -118,24 +152,33 @@ constexpr FormatRow kRows[] = {
                        }}}},
      .write = by_content<write_ros>},
     {.format = {.name = "colmap",
-                .program = "a folder with cameras.txt, images.txt, points3D.txt; or cameras.txt; "
-                           "cameras.bin and images.bin are read too",
+                .program = "a folder with cameras.txt, images.txt, points3D.txt, and rigs.txt, "
+                           "frames.txt, rig_config.json of a rig; or cameras.txt, or "
+                           "rig_config.json; cameras.bin and images.bin are read too",
                 .lenses = "PINHOLE, OPENCV, FULL_OPENCV, OPENCV_FISHEYE (SIMPLE_PINHOLE, "
                           "SIMPLE_RADIAL, RADIAL and their _FISHEYE are read too)",
                 .several = true,
                 .folder = true,
                 .file = "cameras.txt",
                 .ending = "cameras.txt"},
-     .readers = {{{.has_text = is_colmap_cameras, .read = read_colmap_beside_images}}},
+     .readers = {{{.has_text = is_colmap_cameras, .read = read_colmap_beside_images},
+                  {.has_text = is_rig_config,
+                   .read =
+                       [](const CameraText& file) {
+                         return read_rig_config(file.text, file.path.string());
+                       }}}},
      .write =
          [](const CameraFile& file, const fs::path& out) {
+           if (out.string().ends_with("rig_config.json")) return write_rig_config(file);
            return write_colmap(file, out.string().ends_with("cameras.txt"));
-         }},
+         },
+     .any_unit = true},
     {.format = {.name = "mrcal",
-                .program = "x.cameramodel",
+                .program = "x.cameramodel; of a rig a folder with one for each camera",
                 .lenses = "PINHOLE, OPENCV4, 5, 8 (12 is read without thin prism)",
                 .file = "camera.cameramodel",
-                .ending = ".cameramodel"},
+                .ending = ".cameramodel",
+                .each = "{}.cameramodel"},
      .readers = {{{.has_text = is_mrcal_model,
                    .read =
                        [](const CameraText& file) {
@@ -145,6 +188,7 @@ constexpr FormatRow kRows[] = {
     {.format = {.name = "nerfstudio",
                 .program = "transforms.json, of instant-ngp too",
                 .lenses = "OPENCV, OPENCV_FISHEYE",
+                .several = true,
                 .file = "transforms.json",
                 .ending = "transforms.json"},
      .key = "fl_x",
@@ -153,7 +197,8 @@ constexpr FormatRow kRows[] = {
                        [](const CameraText& file) {
                          return read_nerfstudio(*file.top, file.stated_size);
                        }}}},
-     .write = by_content<write_nerfstudio>},
+     .write = by_content<write_nerfstudio>,
+     .any_unit = true},
     {.format = {.name = "basalt",
                 .program = "calibration.json",
                 .lenses = "pinhole, pinhole-radtan8, kb4, ds, eucm (ucm: read only)",
@@ -162,6 +207,12 @@ constexpr FormatRow kRows[] = {
      .key = "value0",
      .readers = {{{.has_keys = has_basalt_keys, .read = by_keys<read_basalt>}}},
      .write = by_content<write_basalt>},
+    {.format = {.name = "wpilib",
+                .program = "camera calibration.json of WPIcal",
+                .lenses = "4, 5 or 8 coefficients",
+                .file = "camera_calibration.json"},
+     .readers = {{{.has_keys = has_wpilib_keys, .read = by_keys<read_wpilib>}}},
+     .write = by_content<write_wpilib>},
     {.format = {.name = "tum",
                 .program = "a trajectory; written only",
                 .lenses = "none: poses only",
@@ -170,11 +221,6 @@ constexpr FormatRow kRows[] = {
                 .ending = ".tum"},
      .write = by_content<write_tum>},
 };
-
-bool is_xml(std::string_view text) {
-  const std::size_t first = text.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
-  return first != std::string_view::npos && text[first] == '<';
-}
 
 }  // namespace
 

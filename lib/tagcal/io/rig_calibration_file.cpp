@@ -41,7 +41,15 @@ FileCamera file_camera_of(const RigCameraEstimate& camera) {
 std::string rig_yaml(const RigCalibration& rig) {
   assert(is_answer(rig.status));
   std::vector<FileCamera> cameras;
-  for (const RigCameraEstimate& camera : rig.cameras) cameras.push_back(file_camera_of(camera));
+  for (const RigCameraEstimate& camera : rig.cameras) {
+    cameras.push_back(file_camera_of(camera));
+    cameras.back().overlaps.emplace();
+  }
+  for (const RigPair& pair : rig.pairs) {
+    if (pair.num_instants == 0) continue;
+    cameras[pair.a].overlaps->push_back(pair.b);
+    cameras[pair.b].overlaps->push_back(pair.a);
+  }
   std::string text = "%YAML:1.0\n---\n" + cameras_yaml(cameras);
   text += fmt::format("status: {}\nrms_px: {}\nnum_instants: {}\nnum_rejected_instants: {}\n",
                       text_yaml(status_name(rig.status)), number_yaml(rig.rms_px),
@@ -56,7 +64,10 @@ KnownRig known_rig(const CameraFile& file, const std::string& name) {
   KnownRig rig;
   for (const FileCamera& camera : file.cameras) {
     if (!camera.camera_from_rig)
-      throw Error(name + ": has no place of the camera " + camera.name + " in a rig");
+      throw Error(
+          fmt::format("{}: has no place of the camera {} in a rig: name a file that has it, "
+                      "such as rig.yaml of tagcal rig",
+                      name, shown(camera.name)));
     const CameraFile alone{file.format, {camera}, {}, {}, {}};
     const CalibrationFile& usable = usable_camera(alone, name + ":" + camera.name);
     rig.cameras.push_back(

@@ -47,6 +47,10 @@ struct FileCamera {
   CalibrationFile calibration;  // an image size of 0 x 0: not in the file
   // The place of the camera in its rig, or in the frame of the first camera, or of the IMU.
   std::optional<Pose> camera_from_rig = std::nullopt;
+  // Kalibr's cam_overlaps: the numbers of the cameras that saw the target at the same instants.
+  std::optional<std::vector<std::size_t>> overlaps = std::nullopt;
+  // Kalibr's timeshift_cam_imu: a stamp of the IMU less that of a picture of the same time.
+  std::optional<double> imu_time_shift_s = std::nullopt;
 };
 
 // Where a camera was when it took a picture.
@@ -62,10 +66,14 @@ struct CameraFormat {
   std::string_view program;  // and file
   std::string_view lenses;   // that are read and written
   bool several = false;      // holds several cameras
+  bool pair = false;         // holds one camera, or two and the place of the second
   bool only_poses = false;
   bool folder = false;      // of files, unless the name has the ending
   std::string_view file;    // its usual name
   std::string_view ending;  // of names that stand for the format; "": none
+  // Of a format with one file a camera: the names of the files of several cameras in a folder, {}
+  // for the name of a camera. "": the format has no such folders.
+  std::string_view each = "";
 };
 
 struct CameraFile {
@@ -77,6 +85,8 @@ struct CameraFile {
   // of the free parameters of all lenses, by the models of uncertain_camera; empty: not in the
   // file, as in those of other programs.
   MatrixX rig_covariance = {};
+  // The frame of the rig is that of an IMU, or of the body that other programs place it on.
+  bool rig_is_imu = false;
 };
 
 // What a video says of its frames (video_file.hpp).

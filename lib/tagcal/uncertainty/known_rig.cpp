@@ -36,6 +36,20 @@ void KnownRig::check_covariance() const {
                   size, covariance.rows(), covariance.cols()));
 }
 
+Eigen::Matrix<double, 6, 12> pair_by_places(const Pose& a_from_rig, const Pose& b_from_rig) {
+  const Pose b_from_a = b_from_rig * a_from_rig.inverse();
+  const Eigen::Matrix3d turn = b_from_a.rotation_matrix();
+  const Eigen::Matrix3d arm = cross_matrix(turn * a_from_rig.translation());
+  Eigen::Matrix<double, 6, 12> by = Eigen::Matrix<double, 6, 12>::Zero();
+  by.block<3, 3>(0, 0) = -turn;
+  by.block<3, 3>(3, 0) = -arm * turn;
+  by.block<3, 3>(3, 3) = -turn;
+  by.block<3, 3>(0, 6).setIdentity();
+  by.block<3, 3>(3, 6) = arm;
+  by.block<3, 3>(3, 9).setIdentity();
+  return by;
+}
+
 KnownRig selected(const KnownRig& rig, std::span<const std::size_t> cameras) {
   KnownRig part;
   std::vector<Eigen::Index> rows, rows_of_lenses;

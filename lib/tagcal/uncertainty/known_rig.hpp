@@ -36,6 +36,9 @@ struct KnownRig {
   void check_covariance() const;
 };
 
+// The step of b_from_a = b_from_rig * a_from_rig^-1 by those of the two poses (`retract`).
+Eigen::Matrix<double, 6, 12> pair_by_places(const Pose& a_from_rig, const Pose& b_from_rig);
+
 // Some cameras of a rig, in this order, with the covariance of these.
 KnownRig selected(const KnownRig& rig, std::span<const std::size_t> cameras);
 

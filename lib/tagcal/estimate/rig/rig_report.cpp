@@ -20,21 +20,6 @@ using Eigen::VectorXd;
 constexpr std::size_t kMostEpipolarInstants = 100;  // numeric: a limit of work
 constexpr double kDepths[] = {1, 3, 10, 30};        // numeric: metres, as users ask for them
 
-// The step of b_from_a = b_from_rig * a_from_rig^-1 by those of the two poses (6 x 12).
-Eigen::Matrix<double, 6, 12> pair_by_cameras(const Pose& a_from_rig, const Pose& b_from_rig) {
-  const Pose b_from_a = b_from_rig * a_from_rig.inverse();
-  const Eigen::Matrix3d turn = b_from_a.rotation_matrix();
-  const Eigen::Matrix3d arm = cross_matrix(turn * a_from_rig.translation());
-  Eigen::Matrix<double, 6, 12> by = Eigen::Matrix<double, 6, 12>::Zero();
-  by.block<3, 3>(0, 0) = -turn;
-  by.block<3, 3>(3, 0) = -arm * turn;
-  by.block<3, 3>(3, 3) = -turn;
-  by.block<3, 3>(0, 6).setIdentity();
-  by.block<3, 3>(3, 6) = arm;
-  by.block<3, 3>(3, 9).setIdentity();
-  return by;
-}
-
 // A corner of a view, and its ray under the camera's lens.
 struct SeenRay {
   Eigen::Vector2d pixel;
@@ -85,7 +70,7 @@ struct PairModel {
 
   // Steps of b_from_a by all parameters of the rig (6 x n).
   MatrixXd by_parameters() const {
-    const auto by = pair_by_cameras(a.camera_from_rig, b.camera_from_rig);
+    const auto by = pair_by_places(a.camera_from_rig, b.camera_from_rig);
     MatrixXd all = MatrixXd::Zero(6, rig.layout.size);
     if (const auto at = rig.layout.pose[index_a]) all.middleCols<6>(*at) = by.leftCols<6>();
     if (const auto at = rig.layout.pose[index_b]) all.middleCols<6>(*at) = by.rightCols<6>();
@@ -236,7 +221,7 @@ void report_camera(const SolvedRig& solved, std::size_t c, RigCameraEstimate& ca
 
 Matrix6 covariance_of_pair(const SolvedRig& solved, std::size_t a, std::size_t b) {
   const auto& places = solved.state->poses.camera_from_rig;
-  const auto by = pair_by_cameras(places[a], places[b]);
+  const auto by = pair_by_places(places[a], places[b]);
   const std::optional<Index> at[] = {solved.layout.pose[a], solved.layout.pose[b]};
   Matrix6 covariance = Matrix6::Zero();
   for (int i = 0; i < 2; ++i)

@@ -74,11 +74,8 @@ FileCamera read_camera(const YamlValue& value, const std::string& name, const Im
 
 Pose read_imu_from_camera(const YamlValue& value) {
   const auto number = [&](std::string_view key) { return value.at(key).number(); };
-  const Eigen::Quaterniond q(number("qw"), number("qx"), number("qy"), number("qz"));
-  if (!(std::abs(q.norm() - 1) <= kRotationTolerance))
-    value.fail_plainly(
-        fmt::format("qx qy qz qw must be a unit quaternion, got one of length {:.6g}", q.norm()));
-  return {q, {number("px"), number("py"), number("pz")}};
+  return place_of_quaternion({number("qw"), number("qx"), number("qy"), number("qz")},
+                             {number("px"), number("py"), number("pz")}, value, "qx qy qz qw ");
 }
 
 std::string intrinsics_json(const FileCamera& camera) {
@@ -128,6 +125,9 @@ CameraFile read_basalt(const YamlValue& top) {
     if (!poses.empty()) camera.camera_from_rig = read_imu_from_camera(poses[i]).inverse();
     file.cameras.push_back(std::move(camera));
   }
+  file.rig_is_imu = !poses.empty();
+  if (const auto shift = value.find("cam_time_offset_ns"); shift && shift->number() != 0)
+    file.notes.emplace_back("dropped: cam_time_offset_ns");
   for (const std::string_view key : {"calib_accel_bias", "calib_gyro_bias", "vignette"})
     if (value.find(key) && value.at(key).is_list() &&
         !value.at(key).items(0, limits::kMaxMatrixSide).empty())
@@ -162,9 +162,14 @@ FormatOutput write_basalt(const CameraFile& file) {
                        "    \"cam_time_offset_ns\": 0,\n    \"vignette\": []\n  }}\n}}\n",
                        poses, intrinsics, sizes)}};
   output.notes.emplace_back(
-      rig_known ? "the values of the IMU are Basalt's examples: only the cameras are known"
-                : "T_imu_cam is the identity and the values of the IMU are Basalt's examples: only "
-                  "the lenses are known");
+      !rig_known
+          ? "T_imu_cam is the identity and the values of the IMU are Basalt's examples: only "
+            "the lenses are known"
+      : file.rig_is_imu
+          ? "the values of the IMU are Basalt's examples: only the cameras are known"
+          : "the IMU of T_imu_cam is the rig, and its values are Basalt's examples: only the "
+            "cameras are known");
+  note_numbered(file, output.notes);
   note_no_uncertainty(file, output.notes);
   note_no_poses(file, output.notes);
   return output;

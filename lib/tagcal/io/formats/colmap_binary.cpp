@@ -83,7 +83,7 @@ std::string colmap_cameras_text(const std::string& bytes, const std::string& fil
       in.fail(fmt::format("camera {}: has no model that COLMAP had, but number {}", id, model));
     text += fmt::format("{} {} {} {}", id, kModels[model].name, width, height);
     for (int i = 0; i < kModels[model].num_parameters; ++i)
-      text += " " + dotted_number(in.next<double>());
+      text.append(" ").append(dotted_number(in.next<double>()));
     text += "\n";
   }
   return text;
@@ -95,7 +95,7 @@ std::string colmap_images_text(const std::string& bytes, const std::string& file
   std::string text;
   for (std::size_t left = in.count(64); left > 0; --left) {
     text += std::to_string(in.next<std::uint32_t>());
-    for (int i = 0; i < 7; ++i) text += " " + dotted_number(in.next<double>());
+    for (int i = 0; i < 7; ++i) text.append(" ").append(dotted_number(in.next<double>()));
     text += fmt::format(" {} ", in.next<std::uint32_t>());
     text += std::string(in.name()) + "\n\n";
     in.take(kPoint * in.count(kPoint));

@@ -9,6 +9,9 @@
 #include <set>
 
 #include "tagcal/error.hpp"
+#include "tagcal/io/formats/colmap_lens.hpp"
+#include "tagcal/io/formats/colmap_rig.hpp"
+#include "tagcal/io/formats/colmap_rig_config.hpp"
 #include "tagcal/io/formats/number_format.hpp"
 #include "tagcal/io/formats/text_lines.hpp"
 #include "tagcal/io/text/limits.hpp"
@@ -20,28 +23,6 @@ namespace {
 
 constexpr int kMostId = std::numeric_limits<int>::max();
 
-// A lens of COLMAP: where each of its parameters stands in those of the lens here, -1 for f, which
-// is fx and fy.
-struct CameraModel {
-  std::string_view name;
-  bool fisheye;
-  std::vector<int> places;
-};
-
-const std::vector<CameraModel>& camera_models() {
-  static const std::vector<CameraModel> all = {
-      {"SIMPLE_PINHOLE", false, {-1, 2, 3}},
-      {"PINHOLE", false, {0, 1, 2, 3}},
-      {"SIMPLE_RADIAL", false, {-1, 2, 3, 4}},
-      {"RADIAL", false, {-1, 2, 3, 4, 5}},
-      {"OPENCV", false, {0, 1, 2, 3, 4, 5, 6, 7}},
-      {"FULL_OPENCV", false, {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11}},
-      {"SIMPLE_RADIAL_FISHEYE", true, {-1, 2, 3, 4}},
-      {"RADIAL_FISHEYE", true, {-1, 2, 3, 4, 5}},
-      {"OPENCV_FISHEYE", true, {0, 1, 2, 3, 4, 5, 6, 7}}};
-  return all;
-}
-
 using CameraIds = std::map<std::string, std::size_t>;  // places of the cameras by their ids
 
 void check_count(std::size_t count, const TextLines& lines) {
@@ -51,28 +32,13 @@ void check_count(std::size_t count, const TextLines& lines) {
 
 FileCamera read_camera(const TextLines& lines, const std::string& where) {
   const std::string name(lines.words()[1]);
-  const auto kind = std::ranges::find(camera_models(), name, &CameraModel::name);
-  if (kind == camera_models().end())
-    lines.fail(fmt::format("MODEL: the lens {} is one that tagcal does not have", shown(name)));
   const ImageSize size{lines.whole(2, "WIDTH", 1, limits::kMaxSidePx),
                        lines.whole(3, "HEIGHT", 1, limits::kMaxSidePx)};
-  if (lines.words().size() != 4 + kind->places.size())
-    lines.fail(fmt::format("PARAMS: must have {} values with {}, got {}", kind->places.size(), name,
-                           lines.words().size() - 4));
-  std::vector<double> p(12);
-  for (std::size_t i = 0; i < kind->places.size(); ++i) {
-    const double value = lines.number(4 + i, "PARAMS");
-    if (kind->places[i] < 0) p[0] = p[1] = value;
-    if (kind->places[i] >= 0) p[static_cast<std::size_t>(kind->places[i])] = value;
-  }
-  p[2] -= kHalfPixel;
-  p[3] -= kHalfPixel;
-  if (kind->fisheye) p.resize(8);
+  std::vector<double> values;
+  for (std::size_t i = 4; i < lines.words().size(); ++i)
+    values.push_back(lines.number(i, "PARAMS"));
   try {
-    return file_camera(std::string(lines.words()[0]),
-                       kind->fisheye ? lens_of(kind_of<Fisheye>(), p, where)
-                                     : lens_of(kind_of<Perspective>(), p, where),
-                       size);
+    return file_camera(std::string(lines.words()[0]), colmap_lens(name, values, where), size);
   } catch (const Error& error) {
     lines.fail(std::string(error.what()).substr(where.size() + 2));
   }
@@ -90,6 +56,18 @@ void skip_points(TextLines& lines, const std::string& image) {
                          shown(image), shown(lines.line())));
 }
 
+// The pose of words i to i + 6.
+Pose read_words(const TextLines& lines, std::size_t i, std::string_view what) {
+  std::array<double, 7> v = {};
+  constexpr std::array<std::string_view, 7> kNames = {"QW", "QX", "QY", "QZ", "TX", "TY", "TZ"};
+  for (std::size_t k = 0; k < v.size(); ++k) v[k] = lines.number(i + k, kNames[k]);
+  const Eigen::Quaterniond q(v[0], v[1], v[2], v[3]);
+  if (!(std::abs(q.norm() - 1) <= kRotationTolerance))
+    lines.fail(
+        fmt::format("{}: must be a unit quaternion, got one of length {:.6g}", what, q.norm()));
+  return {q, {v[4], v[5], v[6]}};
+}
+
 // A pose and a name, then a line of points, which may be blank.
 void read_images(const ColmapText& text, const CameraIds& cameras, CameraFile& file) {
   check_plain_text(text.text, text.name);
@@ -105,41 +83,21 @@ void read_images(const ColmapText& text, const CameraIds& cameras, CameraFile& f
     const std::string image(lines.words()[9]);
     if (!names.insert(image).second)
       lines.fail(fmt::format("NAME: must differ from those before it, got {}", shown(image)));
-    std::array<double, 7> v = {};
-    constexpr std::array<std::string_view, 7> kNames = {"QW", "QX", "QY", "QZ", "TX", "TY", "TZ"};
-    for (std::size_t i = 0; i < v.size(); ++i) v[i] = lines.number(1 + i, kNames[i]);
-    const Eigen::Quaterniond q(v[0], v[1], v[2], v[3]);
-    if (!(std::abs(q.norm() - 1) <= kRotationTolerance))
-      lines.fail(fmt::format("QW QX QY QZ: must be a unit quaternion, got one of length {:.6g}",
-                             q.norm()));
+    const Pose pose = read_words(lines, 1, "QW QX QY QZ");
     const std::string id(lines.words()[8]);
     const auto camera = cameras.find(id);
     if (camera == cameras.end())
       lines.fail(fmt::format("CAMERA_ID: must be one of cameras.txt, got {}", shown(id)));
-    file.poses.push_back({image, camera->second, Pose(q, {v[4], v[5], v[6]})});
+    file.poses.push_back({image, camera->second, pose});
     skip_points(lines, image);
   }
 }
 
 std::string camera_line(const FileCamera& camera, std::size_t id) {
-  const bool fisheye = is_fisheye(camera);
-  const std::span<const double> given =
-      fisheye ? parameters(camera.calibration.camera.lens) : perspective_numbers(camera, "colmap");
-  std::vector<double> p(given.begin(), given.end());
-  const auto zero_from = [&](int first) {
-    return std::all_of(p.begin() + first, p.end(), [](double k) { return k == 0; });
-  };
-  const std::string_view name = fisheye        ? "OPENCV_FISHEYE"
-                                : zero_from(4) ? "PINHOLE"
-                                : zero_from(8) ? "OPENCV"
-                                               : "FULL_OPENCV";
-  p.resize(std::ranges::find(camera_models(), name, &CameraModel::name)->places.size());
-  p[2] += kHalfPixel;
-  p[3] += kHalfPixel;
+  const ColmapLens lens = lens_of_colmap(camera);
   const ImageSize& size = camera.calibration.camera.image_size;
-  std::string line = fmt::format("{} {} {} {}", id, name, size.width, size.height);
-  for (const double value : p) line += fmt::format(" {}", value);
-  return line + "\n";
+  return fmt::format("{} {} {} {} {}\n", id, lens.name, size.width, size.height,
+                     fmt::join(lens.values, " "));
 }
 
 std::string images_text(const std::vector<ImagePose>& poses) {
@@ -149,12 +107,48 @@ std::string images_text(const std::vector<ImagePose>& poses) {
     if (image.empty() || image.find_first_of(" \t\r\n") != std::string::npos)
       throw Error(fmt::format("COLMAP ends the name of a picture at a space: {} must have none",
                               shown(image)));
-    const Eigen::Quaterniond q = poses[i].camera_from_world.rotation();
-    const Eigen::Vector3d& t = poses[i].camera_from_world.translation();
-    text += fmt::format("{} {} {} {} {} {} {} {} {} {}\n\n", i + 1, q.w(), q.x(), q.y(), q.z(),
-                        t.x(), t.y(), t.z(), poses[i].camera + 1, image);
+    text += fmt::format("{} {} {} {}\n\n", i + 1, colmap_pose(poses[i].camera_from_world),
+                        poses[i].camera + 1, image);
   }
   return text;
+}
+
+FileCamera& camera_of_sensor(const TextLines& lines, std::size_t i, const CameraIds& cameras,
+                             CameraFile& file) {
+  if (lines.words().size() <= i + 1 || lines.words()[i] != "CAMERA")
+    lines.fail("must have CAMERA and the id of one in cameras.txt for each sensor");
+  const std::string id(lines.words()[i + 1]);
+  const auto camera = cameras.find(id);
+  if (camera == cameras.end())
+    lines.fail(fmt::format("SENSOR_ID: must be one of cameras.txt, got {}", shown(id)));
+  return file.cameras[camera->second];
+}
+
+// The places of the cameras, if one rig has them all. A rig of one camera says nothing.
+void read_rigs(const ColmapText& text, const CameraIds& cameras, CameraFile& file) {
+  check_plain_text(text.text, text.name);
+  TextLines lines(text.name, text.text);
+  int num_rigs = 0;
+  while (lines.next()) {
+    if (lines.words().size() < 2) lines.fail("must have RIG_ID NUM_SENSORS");
+    const int sensors = lines.whole(1, "NUM_SENSORS", 0, static_cast<int>(cameras.size()));
+    if (sensors < 2) continue;
+    if (++num_rigs > 1) lines.fail("is a second rig of several cameras: tagcal takes one a file");
+    camera_of_sensor(lines, 2, cameras, file).camera_from_rig = Pose();
+    file.notes.emplace_back(
+        "places have the unit of the reconstruction, which is the metre only if it was scaled");
+    std::size_t at = 4;
+    for (int i = 1; i < sensors; ++i) {
+      FileCamera& camera = camera_of_sensor(lines, at, cameras, file);
+      if (camera.camera_from_rig) lines.fail("SENSOR_ID: must differ from those before it");
+      const int has_pose = lines.whole(at + 2, "HAS_POSE", 0, 1);
+      at += 3;
+      if (has_pose == 0) continue;
+      camera.camera_from_rig = read_words(lines, at, "SENSORS");
+      at += 7;
+    }
+    if (at != lines.words().size()) lines.fail("has more words than its sensors need");
+  }
 }
 
 }  // namespace
@@ -169,7 +163,8 @@ bool is_colmap_cameras(std::string_view text) {
              std::string_view::npos;
 }
 
-CameraFile read_colmap(const ColmapText& cameras, const std::optional<ColmapText>& images) {
+CameraFile read_colmap(const ColmapText& cameras, const std::optional<ColmapText>& images,
+                       const std::optional<ColmapText>& rigs) {
   CameraFile file;
   file.format = "colmap";
   check_plain_text(cameras.text, cameras.name);
@@ -185,6 +180,7 @@ CameraFile read_colmap(const ColmapText& cameras, const std::optional<ColmapText
   }
   if (file.cameras.empty()) throw Error(cameras.name + ": has no cameras");
   if (images) read_images(*images, places, file);
+  if (rigs) read_rigs(*rigs, places, file);
   file.notes.emplace_back(
       "pixel centres are at (0.5, 0.5) in COLMAP and (0, 0) here: cx and cy became 0.5 smaller");
   return file;
@@ -195,6 +191,7 @@ FormatOutput write_colmap(const CameraFile& file, bool cameras_only) {
   std::string text = "# CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n";
   for (std::size_t i = 0; i < file.cameras.size(); ++i) text += camera_line(file.cameras[i], i + 1);
   output.files = {{cameras_only ? "" : "cameras.txt", text}};
+  const std::optional<ColmapRig> rig = colmap_rig(file);
   if (!cameras_only) {
     output.files.push_back({"images.txt", images_text(file.poses)});
     output.files.push_back({"points3D.txt",
@@ -205,8 +202,15 @@ FormatOutput write_colmap(const CameraFile& file, bool cameras_only) {
   }
   output.notes.emplace_back(
       "pixel centres are at (0.5, 0.5) in COLMAP and (0, 0) here: cx and cy became 0.5 larger");
+  if (rig && !cameras_only) {
+    output.files.push_back({"rigs.txt", colmap_rigs_text(file, *rig)});
+    output.files.push_back({"frames.txt", colmap_frames_text(file, *rig)});
+    output.files.push_back({"rig_config.json", rig_config_text(file, *rig)});
+    note_reference(file, *rig, output.notes);
+  } else {
+    note_no_rig(file, output.notes);
+  }
   note_no_uncertainty(file, output.notes);
-  note_no_rig(file, output.notes);
   return output;
 }
 

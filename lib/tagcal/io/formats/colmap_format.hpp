@@ -2,6 +2,9 @@
 
 #include <filesystem>
 #include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "tagcal/io/formats/lens_numbers.hpp"
 
@@ -17,9 +20,12 @@ struct ColmapText {
   std::string name;
   std::string text;
 };
-CameraFile read_colmap(const ColmapText& cameras, const std::optional<ColmapText>& images);
+// `rigs`: that of rigs.txt (COLMAP 3.12 and later), which places the cameras.
+CameraFile read_colmap(const ColmapText& cameras, const std::optional<ColmapText>& images,
+                       const std::optional<ColmapText>& rigs = {});
 
-// cameras.txt, images.txt and an empty points3D.txt, or cameras.txt only.
+// cameras.txt, images.txt and an empty points3D.txt, or cameras.txt only; of a rig also rigs.txt,
+// frames.txt and rig_config.json.
 FormatOutput write_colmap(const CameraFile& file, bool cameras_only);
 
 }  // namespace tagcal::internal

@@ -35,6 +35,7 @@ struct FormatRow {
   std::string_view key;  // that its files must have, for messages; "": another row names it
   std::array<FormatReader, 2> readers;
   FormatOutput (*write)(const CameraFile& file, const std::filesystem::path& out) = nullptr;
+  bool any_unit = false;  // the places may be in other units than metres, or are known to be right
 };
 
 // In the order of `convert --help`. If two rows recognise a file by its keys, the later one reads

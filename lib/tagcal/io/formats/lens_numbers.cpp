@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "tagcal/error.hpp"
 #include "tagcal/io/text/number_text.hpp"
@@ -33,6 +34,30 @@ std::string place(const YamlValue& value, std::string_view key) {
                      key);
 }
 
+Pose place_of_matrix(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& translation,
+                     const YamlValue& where, std::string_view what) {
+  try {
+    return {rotation_from_matrix(rotation, what), translation};
+  } catch (const Error& error) {
+    where.fail_plainly(error.what());
+  }
+}
+
+Pose place_of_quaternion(const Eigen::Quaterniond& rotation, const Eigen::Vector3d& translation,
+                         const YamlValue& where, std::string_view what) {
+  if (!(std::abs(rotation.norm() - 1) <= kRotationTolerance))
+    where.fail_plainly(fmt::format("{}must be a unit quaternion, got one of length {:.6g}", what,
+                                   rotation.norm()));
+  return {rotation, translation};
+}
+
+std::vector<std::size_t> numbers_of_cameras(const YamlValue& list, std::size_t num_cameras) {
+  std::vector<std::size_t> numbers;
+  for (const YamlValue& item : list.items(0, num_cameras))
+    numbers.push_back(static_cast<std::size_t>(item.whole(0, static_cast<int>(num_cameras) - 1)));
+  return numbers;
+}
+
 std::span<const double> perspective_numbers(const FileCamera& camera, std::string_view format,
                                             std::string_view other_model) {
   const Lens& lens = camera.calibration.camera.lens;
@@ -59,6 +84,11 @@ void need_zero_from(std::size_t first, std::span<const double> parameters, std::
         lens, Perspective::kParameters[i].name, number_text(parameters[i]),
         first <= 8 ? "opencv4" : "opencv5"));
   }
+}
+
+std::string camera_name(const CameraFile& file, std::size_t camera) {
+  const std::string& name = file.cameras[camera].name;
+  return name.empty() ? fmt::format("cam{}", camera) : name;
 }
 
 const FileCamera& only_camera(const CameraFile& file, std::string_view format) {
@@ -92,6 +122,17 @@ void note_no_rig(const CameraFile& file, std::vector<std::string>& notes) {
 void note_no_poses(const CameraFile& file, std::vector<std::string>& notes) {
   if (file.poses.empty()) return;
   notes.push_back(fmt::format("dropped: the poses of {} pictures", file.poses.size()));
+}
+
+void note_numbered(const CameraFile& file, std::vector<std::string>& notes) {
+  std::string numbers, names;
+  for (std::size_t i = 0; i < file.cameras.size(); ++i) {
+    numbers += fmt::format("{}cam{}", i == 0 ? "" : ", ", i);
+    names += (i == 0 ? "" : ", ") + shown(camera_name(file, i));
+  }
+  if (names != numbers)
+    notes.push_back(
+        fmt::format("{} {} {}", numbers, file.cameras.size() == 1 ? "is" : "are", names));
 }
 
 }  // namespace tagcal::internal

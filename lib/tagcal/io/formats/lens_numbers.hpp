@@ -24,6 +24,19 @@ FileCamera file_camera(const std::string& name, const Lens& lens, const ImageSiz
 // "FILE: KEY", to begin an error with.
 std::string place(const YamlValue& value, std::string_view key);
 
+// A pose of a rotation matrix and a translation. Throws Error, naming `where`, for a reflection and
+// other matrices that are no rotation, which messages call `what`.
+Pose place_of_matrix(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& translation,
+                     const YamlValue& where, std::string_view what = "it");
+
+// A pose of a quaternion and a translation. Throws Error, naming `where` and `what`, unless it is a
+// unit quaternion.
+Pose place_of_quaternion(const Eigen::Quaterniond& rotation, const Eigen::Vector3d& translation,
+                         const YamlValue& where, std::string_view what = "");
+
+// Numbers of cameras of a file with so many.
+std::vector<std::size_t> numbers_of_cameras(const YamlValue& list, std::size_t num_cameras);
+
 // A file to be written.
 struct OutputText {
   std::string name;  // in the folder; "": the file itself
@@ -46,6 +59,9 @@ bool is_fisheye(const FileCamera& camera);
 // it; `lens` names that of the format, for example "kalibr's radtan lens (k1 k2 p1 p2)".
 void need_zero_from(std::size_t first, std::span<const double> parameters, std::string_view lens);
 
+// The name of a camera by number; cam0, cam1, .. without one.
+std::string camera_name(const CameraFile& file, std::size_t camera);
+
 // The only camera. Throws Error if there are several.
 const FileCamera& only_camera(const CameraFile& file, std::string_view format);
 
@@ -53,5 +69,7 @@ const FileCamera& only_camera(const CameraFile& file, std::string_view format);
 void note_no_uncertainty(const CameraFile& file, std::vector<std::string>& notes);
 void note_no_rig(const CameraFile& file, std::vector<std::string>& notes);
 void note_no_poses(const CameraFile& file, std::vector<std::string>& notes);
+// For formats that call their cameras cam0, cam1, ..
+void note_numbered(const CameraFile& file, std::vector<std::string>& notes);
 
 }  // namespace tagcal::internal

@@ -7,10 +7,12 @@
 #include <cmath>
 #include <map>
 #include <set>
+#include <utility>
 
 #include "tagcal/error.hpp"
 #include "tagcal/io/formats/number_format.hpp"
 #include "tagcal/io/text/limits.hpp"
+#include "tagcal/io/text/number_text.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
 
 namespace tagcal::internal {
@@ -125,8 +127,9 @@ void need_one_lens(const YamlValue& other, const YamlValue& read, std::string_vi
   }
 }
 
-// The cameras of frames that have their own numbers, by these: equal ones are one camera.
-using CamerasByNumbers = std::map<std::vector<double>, std::size_t>;
+// The cameras of frames that have their own numbers, by these, and the name that tagcal adds: equal
+// ones are one camera.
+using CamerasByNumbers = std::map<std::pair<std::vector<double>, std::string>, std::size_t>;
 
 std::vector<double> numbers_of(const FileCamera& camera) {
   const auto& [lens, size] = camera.calibration.camera;
@@ -139,12 +142,27 @@ std::vector<double> numbers_of(const FileCamera& camera) {
 std::size_t camera_of(const YamlValue& frame, const LensKind* kind, const ImageSize& stated,
                       CamerasByNumbers& known, CameraFile& file) {
   FileCamera camera = read_camera(frame, kind, stated, file.notes);
-  const auto [place, is_new] = known.emplace(numbers_of(camera), file.cameras.size());
+  if (const auto name = frame.find("camera"); name && name->is_scalar()) camera.name = name->text();
+  const auto [place, is_new] =
+      known.emplace(std::pair(numbers_of(camera), camera.name), file.cameras.size());
   if (is_new) {
-    camera.name = fmt::format("cam{}", place->second);
+    const bool is_new_name =
+        !camera.name.empty() &&
+        std::ranges::find(file.cameras, camera.name, &FileCamera::name) == file.cameras.end();
+    if (!is_new_name) camera.name = fmt::format("cam{}", place->second);
     file.cameras.push_back(std::move(camera));
   }
   return place->second;
+}
+
+// The frames of a rig without pictures, one a camera with its name: the world is the rig.
+void take_places(CameraFile& file) {
+  if (file.cameras.size() < 2 || file.poses.size() != file.cameras.size()) return;
+  for (const ImagePose& pose : file.poses)
+    if (pose.image != file.cameras[pose.camera].name) return;
+  for (const ImagePose& pose : file.poses)
+    file.cameras[pose.camera].camera_from_rig = pose.camera_from_world;
+  file.poses.clear();
 }
 
 }  // namespace
@@ -176,12 +194,15 @@ CameraFile read_nerfstudio(const YamlValue& top, const ImageSize& stated) {
     }
   }
   if (file.cameras.empty()) top.at("fl_x");  // throws
+  take_places(file);
   file.notes.push_back(fmt::format(fmt::runtime(kHalfPixelNote), "smaller"));
   return file;
 }
 
-FormatOutput write_nerfstudio(const CameraFile& file) {
-  const FileCamera& camera = only_camera(file, "nerfstudio");
+namespace {
+
+// "key: value" of a camera, with the ends of lines as they stand in the file or in a frame.
+std::string lens_keys(const FileCamera& camera, std::string_view end) {
   const bool fisheye = is_fisheye(camera);
   if (!fisheye)
     need_zero_from(9, perspective_numbers(camera, "nerfstudio"),
@@ -189,33 +210,80 @@ FormatOutput write_nerfstudio(const CameraFile& file) {
   const Camera& c = camera.calibration.camera;
   const std::span<const double> p = parameters(c.lens);
   std::string text = fmt::format(
-      "{{\n  \"camera_model\": \"{}\",\n  \"w\": {},\n  \"h\": {},\n  \"fl_x\": {},\n"
-      "  \"fl_y\": {},\n  \"cx\": {},\n  \"cy\": {},\n",
-      fisheye ? "OPENCV_FISHEYE" : "OPENCV", c.image_size.width, c.image_size.height,
-      dotted_number(p[0]), dotted_number(p[1]), dotted_number(p[2] + kHalfPixel),
-      dotted_number(p[3] + kHalfPixel));
+      "\"w\": {1},{0}\"h\": {2},{0}\"fl_x\": {3},{0}\"fl_y\": {4},{0}\"cx\": {5},{0}\"cy\": "
+      "{6},{0}",
+      end, c.image_size.width, c.image_size.height, dotted_number(p[0]), dotted_number(p[1]),
+      dotted_number(p[2] + kHalfPixel), dotted_number(p[3] + kHalfPixel));
   constexpr std::array<std::string_view, 5> kPerspective = {"k1", "k2", "p1", "p2", "k3"};
   constexpr std::array<std::string_view, 4> kFisheye = {"k1", "k2", "k3", "k4"};
   const std::span<const std::string_view> names =
       fisheye ? std::span<const std::string_view>(kFisheye) : kPerspective;
   for (std::size_t i = 0; i < names.size(); ++i)
-    text += fmt::format("  \"{}\": {},\n", names[i], dotted_number(p[4 + i]));
-  text += "  \"frames\": [";
-  for (std::size_t i = 0; i < file.poses.size(); ++i) {
-    const Pose world_from_opengl =
-        (opencv_from_opengl() * file.poses[i].camera_from_world).inverse();
-    text += fmt::format("{}\n    {{\"file_path\": {}, \"transform_matrix\": {}}}", i ? "," : "",
-                        json_text(file.poses[i].image), rows_text(world_from_opengl.matrix()));
+    text += fmt::format("\"{}\": {},{}", names[i], dotted_number(p[4 + i]), end);
+  return text;
+}
+
+std::string frame_json(const std::string& image, const Pose& camera_from_world,
+                       const std::string& keys) {
+  const Pose world_from_opengl = (opencv_from_opengl() * camera_from_world).inverse();
+  return fmt::format("\n    {{{}\"file_path\": {}, \"transform_matrix\": {}}}", keys,
+                     json_text(image), rows_text(world_from_opengl.matrix()));
+}
+
+// The pictures; of a rig without any, a frame for each camera at its place.
+std::vector<ImagePose> frames_to_write(const CameraFile& file, std::vector<std::string>& notes) {
+  const bool several = file.cameras.size() > 1;
+  std::vector<ImagePose> frames = file.poses;
+  if (several && frames.empty()) {
+    for (std::size_t i = 0; i < file.cameras.size(); ++i)
+      frames.push_back({camera_name(file, i), i, file.cameras[i].camera_from_rig.value_or(Pose())});
+    notes.emplace_back(
+        "there are no pictures: each camera has a frame with its name, and the world "
+        "is the rig");
+    return frames;
   }
+  for (std::size_t i = 0; several && i < file.cameras.size(); ++i)
+    if (std::ranges::find(frames, i, &ImagePose::camera) == frames.end())
+      notes.push_back(
+          fmt::format("dropped: the camera {}, which has no picture", shown(camera_name(file, i))));
+  note_no_rig(file, notes);
+  return frames;
+}
+
+// One kind of lens for all frames, as nerfstudio has it.
+std::string_view model_of_frames(const CameraFile& file) {
+  const bool fisheye = is_fisheye(file.cameras.front());
+  for (const FileCamera& camera : file.cameras)
+    if (is_fisheye(camera) != fisheye)
+      throw Error(
+          "nerfstudio has one kind of lens a file, and some of these are fisheyes: --model "
+          "fits another lens");
+  return fisheye ? "OPENCV_FISHEYE" : "OPENCV";
+}
+
+}  // namespace
+
+FormatOutput write_nerfstudio(const CameraFile& file) {
   FormatOutput output;
-  output.files = {{"", text + (file.poses.empty() ? "]\n}\n" : "\n  ]\n}\n")}};
+  const bool several = file.cameras.size() > 1;
+  std::string text =
+      fmt::format("{{\n  \"camera_model\": \"{}\",\n  {}\"frames\": [", model_of_frames(file),
+                  several ? "" : lens_keys(file.cameras.front(), "\n  "));
+  std::vector<std::string> keys(file.cameras.size());
+  for (std::size_t i = 0; several && i < keys.size(); ++i)
+    keys[i] = fmt::format("\"camera\": {}, {}", json_text(camera_name(file, i)),
+                          lens_keys(file.cameras[i], " "));
+  const std::vector<ImagePose> frames = frames_to_write(file, output.notes);
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    text += (i ? "," : "") +
+            frame_json(frames[i].image, frames[i].camera_from_world, keys[frames[i].camera]);
+  output.files = {{"", text + (frames.empty() ? "]\n}\n" : "\n  ]\n}\n")}};
   output.notes.push_back(fmt::format(fmt::runtime(kHalfPixelNote), "larger"));
   if (!file.poses.empty())
     output.notes.emplace_back(
         "poses are world from camera, the camera with y up and z backward (OpenGL); the world is "
         "that of the target, nerfstudio takes its z for up");
   note_no_uncertainty(file, output.notes);
-  note_no_rig(file, output.notes);
   return output;
 }
 

@@ -33,8 +33,34 @@ void read_extrinsics(const YamlValue& value, CameraFile& file) {
                   file.poses.back().image));
 }
 
-// A stereo pair by OpenCV's stereo_calib: intrinsics.yml.
-CameraFile read_stereo(const YamlValue& top) {
+// ROS: the rig is the rectified frame of the camera with P[3] = 0. A camera x is there R x, moved
+// by the P[3] = -f b of its baseline. Messages without a rectification have zeros.
+void read_rectified_place(const YamlValue& top, CameraFile& file) {
+  const auto rotation = top.find("rectification_matrix");
+  const Eigen::MatrixXd p = read_matrix(top.at("projection_matrix"));
+  const Eigen::MatrixXd r = rotation ? read_matrix(*rotation) : Eigen::MatrixXd();
+  Pose& place = file.cameras[0].camera_from_rig.emplace();
+  if (p.rows() == 3 && p.cols() == 4 && p(0, 0) > 0 && p(1, 1) > 0 && r.rows() == 3 &&
+      r.cols() == 3 && !r.isZero())
+    place = place_of_matrix(r, Eigen::Vector3d::Zero(), *rotation).inverse() *
+            Pose(Eigen::Quaterniond::Identity(), {p(0, 3) / p(0, 0), p(1, 3) / p(1, 1), 0});
+  file.notes.emplace_back(minus(place, Pose()).isZero()
+                              ? "dropped: rectification_matrix and projection_matrix"
+                              : "dropped: the rectified image (projection_matrix); the rig is the "
+                                "rectified frame");
+}
+
+// The place of the second camera in the frame of the first one.
+Pose read_right_from_left(const YamlValue& top) {
+  const YamlValue rotation = top.at("R"), translation = top.at("T");
+  const Eigen::MatrixXd r = read_matrix(rotation), t = read_matrix(translation);
+  if (r.rows() != 3 || r.cols() != 3) rotation.fail_plainly("must be 3 x 3");
+  if (t.size() != 3) translation.fail_plainly("must have 3 values");
+  return place_of_matrix(r, {t(0), t(1), t(2)}, rotation);
+}
+
+// A stereo pair by OpenCV's stereo_calib: intrinsics.yml, and extrinsics.yml.
+CameraFile read_stereo(const YamlValue& top, const YamlValue& extrinsics) {
   CameraFile file;
   file.format = "opencv";
   for (const auto& [name, matrix, distortion] :
@@ -45,16 +71,14 @@ CameraFile read_stereo(const YamlValue& top) {
     camera.calibration = read_opencv_camera(top, keys, file.notes);
     file.cameras.push_back(std::move(camera));
   }
-  if (!top.find("R") || !top.find("T")) return file;
-  const Eigen::MatrixXd r = read_matrix(top.at("R")), t = read_matrix(top.at("T"));
-  if (r.rows() != 3 || r.cols() != 3) top.at("R").fail_plainly("must be 3 x 3");
-  if (t.size() != 3) top.at("T").fail_plainly("must have 3 values");
+  if (!extrinsics.find("R") && !extrinsics.find("T")) return file;
   file.cameras[0].camera_from_rig = Pose();
-  try {
-    file.cameras[1].camera_from_rig = Pose(rotation_from_matrix(r, "R"), {t(0), t(1), t(2)});
-  } catch (const Error& error) {
-    top.at("R").fail_plainly(error.what());
-  }
+  file.cameras[1].camera_from_rig = read_right_from_left(extrinsics);
+  for (const std::string_view key : {"R1", "P1", "Q"})
+    if (extrinsics.find(key)) {
+      file.notes.emplace_back("dropped: the rectification (R1, R2, P1, P2, Q)");
+      break;
+    }
   return file;
 }
 
@@ -87,8 +111,12 @@ bool has_opencv_keys(const YamlValue& top) {
                              [&](std::string_view key) { return top.find(key).has_value(); });
 }
 
-CameraFile read_opencv(const YamlValue& top) {
-  if (top.find("M1")) return read_stereo(top);
+bool is_pair_without_place(const YamlValue& top) {
+  return top.find("M1") && !top.find("R") && !top.find("T");
+}
+
+CameraFile read_opencv(const YamlValue& top, const std::optional<YamlValue>& extrinsics) {
+  if (top.find("M1")) return read_stereo(top, extrinsics.value_or(top));
   CameraFile file;
   FileCamera camera;
   camera.calibration = read_opencv_camera(top, opencv_keys_of(top), file.notes);
@@ -102,8 +130,7 @@ CameraFile read_opencv(const YamlValue& top) {
   }
   const bool ros = top.find("distortion_model") || top.find("camera_name");
   file.format = top.find("model") ? "tagcal" : ros ? "ros" : "opencv";
-  if (ros && top.find("projection_matrix"))
-    file.notes.emplace_back("dropped: rectification_matrix and projection_matrix");
+  if (ros && top.find("projection_matrix")) read_rectified_place(top, file);
   return file;
 }
 

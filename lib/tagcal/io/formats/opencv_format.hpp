@@ -1,5 +1,8 @@
 #pragma once
 
+#include <optional>
+#include <string_view>
+
 #include "tagcal/io/formats/lens_numbers.hpp"
 #include "tagcal/io/yaml/yaml_reader.hpp"
 
@@ -11,8 +14,11 @@ namespace tagcal::internal {
 bool has_opencv_keys(const YamlValue& top);
 
 // The camera of tagcal, OpenCV or ROS; M1, D1, M2, D2 of a stereo pair; their views or
-// extrinsic_parameters.
-CameraFile read_opencv(const YamlValue& top);
+// extrinsic_parameters. `extrinsics`: the file with R and T of a pair, if it is another one.
+CameraFile read_opencv(const YamlValue& top, const std::optional<YamlValue>& extrinsics = {});
+
+// True for intrinsics of a stereo pair that need a file with R and T.
+bool is_pair_without_place(const YamlValue& top);
 
 // Adds the poses of the list `views`, of tagcal: image, rotation, translation_m. The camera is
 // number 0.
@@ -21,7 +27,8 @@ void read_views(const YamlValue& views, CameraFile& file);
 enum class StorageKind { yaml, xml, json };
 StorageKind storage_kind(std::string_view extension);  // ".xml", ".json"; others are YAML
 
-FormatOutput write_opencv(const CameraFile& file, StorageKind kind);
+// One camera, or a stereo pair: in one file, or in a folder with intrinsics.yml and extrinsics.yml.
+FormatOutput write_opencv(const CameraFile& file, StorageKind kind, bool as_folder = false);
 FormatOutput write_ros(const CameraFile& file);
 
 }  // namespace tagcal::internal

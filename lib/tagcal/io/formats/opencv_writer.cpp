@@ -1,7 +1,9 @@
 #include <fmt/format.h>
 
+#include "tagcal/error.hpp"
 #include "tagcal/io/formats/number_format.hpp"
 #include "tagcal/io/formats/opencv_format.hpp"
+#include "tagcal/io/text/number_text.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
 
 namespace tagcal::internal {
@@ -34,6 +36,8 @@ class Storage {
                            "\"dt\": \"d\", \"data\": [ {} ] }}",
                            matrix.rows(), matrix.cols(), data));
   }
+
+  bool is_empty() const { return body_.empty(); }
 
   std::string text() const {
     switch (kind_) {
@@ -90,23 +94,94 @@ StorageKind storage_kind(std::string_view extension) {
   return StorageKind::yaml;
 }
 
-FormatOutput write_opencv(const CameraFile& file, StorageKind kind) {
-  const FileCamera& camera = only_camera(file, "opencv");
-  const bool fisheye = is_fisheye(camera);
-  if (!fisheye) perspective_numbers(camera, "opencv");  // throws for other lenses
+namespace {
+
+constexpr const char* kFisheyeNote =
+    "the lens is a fisheye (fisheye_model: 1): use cv::fisheye, not cv::projectPoints";
+
+// The matrix and the coefficients of a camera.
+void add_lens(Storage& storage, const FileCamera& camera, const char* matrix,
+              const char* distortion) {
+  if (!is_fisheye(camera)) perspective_numbers(camera, "opencv");  // throws for other lenses
   const CalibrationFile& calibration = camera.calibration;
-  const ImageSize& size = calibration.camera.image_size;
+  storage.matrix(matrix, camera_matrix(parameters(calibration.camera.lens)));
+  storage.matrix(distortion, row_of(distortion_of(calibration.camera.lens, calibration.model)));
+}
+
+// M1, D1, M2, D2.
+Storage pair_intrinsics(const CameraFile& file, StorageKind kind) {
+  const FileCamera &left = file.cameras[0], &right = file.cameras[1];
+  const ImageSize &size = left.calibration.camera.image_size,
+                  &other = right.calibration.camera.image_size;
+  if (size != other)
+    throw Error(fmt::format(
+        "a stereo pair of opencv has one image size, and there are {}x{} and {}x{}: choose one "
+        "camera by IN:{}",
+        size.width, size.height, other.width, other.height, shown(left.name)));
+  if (is_fisheye(left) != is_fisheye(right))
+    throw Error(
+        "a stereo pair of opencv has lenses of one kind, and one of these is a fisheye: "
+        "--model fits another lens");
+  Storage storage(kind);
+  storage.whole("image_width", size.width);
+  storage.whole("image_height", size.height);
+  add_lens(storage, left, "M1", "D1");
+  add_lens(storage, right, "M2", "D2");
+  if (is_fisheye(left)) storage.whole("fisheye_model", 1);
+  return storage;
+}
+
+// R, T and, as cv::stereoCalibrate has them, E and F.
+void add_pair_extrinsics(Storage& storage, const CameraFile& file) {
+  const FileCamera &left = file.cameras[0], &right = file.cameras[1];
+  const Pose right_from_left = *right.camera_from_rig * left.camera_from_rig->inverse();
+  const Eigen::Matrix3d r = right_from_left.rotation().toRotationMatrix();
+  const Eigen::Vector3d& t = right_from_left.translation();
+  storage.matrix("R", r);
+  storage.matrix("T", t);
+  if (is_fisheye(left)) return;
+  Eigen::Matrix3d cross;
+  cross << 0, -t.z(), t.y(), t.z(), 0, -t.x(), -t.y(), t.x(), 0;
+  const Eigen::Matrix3d essential = cross * r;
+  Eigen::Matrix3d fundamental =
+      camera_matrix(parameters(right.calibration.camera.lens)).inverse().transpose() * essential *
+      camera_matrix(parameters(left.calibration.camera.lens)).inverse();
+  if (fundamental(2, 2) != 0) fundamental /= fundamental(2, 2);
+  storage.matrix("E", essential);
+  storage.matrix("F", fundamental);
+}
+
+FormatOutput write_pair(const CameraFile& file, StorageKind kind, bool as_folder) {
+  FormatOutput output;
+  Storage storage = pair_intrinsics(file, kind), own(kind);
+  if (file.cameras[0].camera_from_rig && file.cameras[1].camera_from_rig)
+    add_pair_extrinsics(as_folder ? own : storage, file);
+  else
+    output.notes.emplace_back("R and T are left out: the places of the cameras are not known");
+  output.files = {{as_folder ? "intrinsics.yml" : "", storage.text()}};
+  if (as_folder && !own.is_empty()) output.files.push_back({"extrinsics.yml", own.text()});
+  if (is_fisheye(file.cameras[0])) output.notes.emplace_back(kFisheyeNote);
+  output.notes.push_back(fmt::format("M1, D1 are {}, M2, D2 are {}", shown(file.cameras[0].name),
+                                     shown(file.cameras[1].name)));
+  note_no_uncertainty(file, output.notes);
+  note_no_poses(file, output.notes);
+  return output;
+}
+
+}  // namespace
+
+FormatOutput write_opencv(const CameraFile& file, StorageKind kind, bool as_folder) {
+  if (file.cameras.size() == 2) return write_pair(file, kind, as_folder);
+  const FileCamera& camera = only_camera(file, "opencv");
+  const ImageSize& size = camera.calibration.camera.image_size;
   FormatOutput output;
   Storage storage(kind);
   storage.whole("image_width", size.width);
   storage.whole("image_height", size.height);
-  storage.matrix("camera_matrix", camera_matrix(parameters(calibration.camera.lens)));
-  storage.matrix("distortion_coefficients",
-                 row_of(distortion_of(calibration.camera.lens, calibration.model)));
-  if (fisheye) {
+  add_lens(storage, camera, "camera_matrix", "distortion_coefficients");
+  if (is_fisheye(camera)) {
     storage.whole("fisheye_model", 1);
-    output.notes.emplace_back(
-        "the lens is a fisheye (fisheye_model: 1): use cv::fisheye, not cv::projectPoints");
+    output.notes.emplace_back(kFisheyeNote);
   }
   if (!file.poses.empty()) {
     storage.matrix("extrinsic_parameters", extrinsic_parameters(file.poses));

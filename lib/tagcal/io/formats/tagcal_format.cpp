@@ -136,6 +136,10 @@ std::string cameras_yaml(const std::vector<FileCamera>& cameras) {
     std::string lines = fmt::format("name: {}\n", text_yaml(camera.name));
     if (camera.camera_from_rig)
       lines += fmt::format("camera_from_rig: {}\n", pose_yaml(*camera.camera_from_rig));
+    if (camera.overlaps)
+      lines += fmt::format("overlaps: [{}]\n", fmt::join(*camera.overlaps, ", "));
+    if (camera.imu_time_shift_s)
+      lines += fmt::format("imu_time_shift_s: {}\n", number_yaml(*camera.imu_time_shift_s));
     text += as_item(lines + calibration_keys(camera.calibration));
   }
   return text;
@@ -176,22 +180,30 @@ CameraFile read_rig_cameras(const YamlValue& top) {
   CameraFile file;
   file.format = "tagcal";
   std::set<std::string> names;
-  for (const YamlValue& item : top.at("cameras").items(1, limits::kMaxRigCameras)) {
+  const std::vector<YamlValue> items = top.at("cameras").items(1, limits::kMaxRigCameras);
+  for (const YamlValue& item : items) {
     FileCamera camera;
     camera.name = item.at("name").text();
     if (!names.insert(camera.name).second) item.at("name").fail("must differ between cameras");
     camera.calibration = read_opencv_camera(item, {}, file.notes);
     read_uncertainty(item, camera.calibration);
     if (const auto pose = item.find("camera_from_rig")) camera.camera_from_rig = read_pose(*pose);
+    if (const auto shift = item.find("imu_time_shift_s")) camera.imu_time_shift_s = shift->number();
+    if (const auto overlaps = item.find("overlaps"))
+      camera.overlaps = numbers_of_cameras(*overlaps, items.size());
     file.cameras.push_back(std::move(camera));
+  }
+  if (const auto frame = top.find("rig_frame")) {
+    if (frame->text() != "imu") frame->fail("must be imu");
+    file.rig_is_imu = true;
   }
   if (const auto joint = top.find("joint_covariance")) read_rig_covariance(*joint, file);
   const auto views = top.find("views");
   if (!views) return file;
   read_views(*views, file);
-  const std::vector<YamlValue> items = views->items(0, file.poses.size());
-  for (std::size_t i = 0; i < items.size(); ++i)
-    if (const auto camera = items[i].find("camera"))
+  const std::vector<YamlValue> listed = views->items(0, file.poses.size());
+  for (std::size_t i = 0; i < listed.size(); ++i)
+    if (const auto camera = listed[i].find("camera"))
       file.poses[i].camera =
           static_cast<std::size_t>(camera->whole(0, static_cast<int>(file.cameras.size()) - 1));
   return file;
@@ -202,7 +214,8 @@ FormatOutput write_tagcal(const CameraFile& file) {
   const bool is_rig = file.cameras.size() > 1;
   std::string text =
       "%YAML:1.0\n---\n" +
-      (is_rig ? cameras_yaml(file.cameras) : calibration_keys(file.cameras.front().calibration));
+      (is_rig ? (file.rig_is_imu ? "rig_frame: imu\n" : "") + cameras_yaml(file.cameras)
+              : calibration_keys(file.cameras.front().calibration));
   if (!file.poses.empty()) text += "views:\n";
   std::set<std::string> names;
   for (std::size_t i = 0; i < file.poses.size(); ++i)

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "report/rig_comparison.hpp"
+
+// `tagcal diff` of two rigs.
+
+namespace tagcal::tools {
+
+// The rig of an argument; no value if it names one camera. Prints what reading changed.
+std::optional<ComparedRig> rig_of_argument(const std::string& file_and_name);
+
+// The answer: text, or JSON. The lenses are compared far away and at the distance, over the regions
+// of the corners or the whole images.
+std::string rig_difference(const ComparedRig& a, const ComparedRig& b, double near_m,
+                           bool whole_image, bool as_json);
+
+}  // namespace tagcal::tools
