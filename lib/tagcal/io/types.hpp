@@ -77,6 +77,7 @@ struct CameraFile {
   // of the free parameters of all lenses, by the models of uncertain_camera; empty: not in the
   // file, as in those of other programs.
   MatrixX rig_covariance = {};
+  std::vector<Finding> findings = {};  // of a rig; those of a camera are in its calibration
 };
 
 }  // namespace tagcal

@@ -185,6 +185,7 @@ CameraFile read_rig_cameras(const YamlValue& top) {
     if (const auto pose = item.find("camera_from_rig")) camera.camera_from_rig = read_pose(*pose);
     file.cameras.push_back(std::move(camera));
   }
+  file.findings = read_findings(top);
   if (const auto joint = top.find("joint_covariance")) read_rig_covariance(*joint, file);
   const auto views = top.find("views");
   if (!views) return file;
