@@ -35,27 +35,6 @@ Input camera_input(const RigInputArguments& arguments, std::size_t camera) {
   return read;
 }
 
-// Names of the cameras: the last part of the paths that differs, without what a pattern leaves
-// open.
-std::vector<std::string> camera_names(const std::vector<std::string>& inputs) {
-  std::vector<fs::path> paths;
-  for (const std::string& input : inputs) paths.push_back(folder_path(input));
-  const auto equal = [&] {
-    return std::ranges::all_of(paths, [&](const fs::path& path) {
-      return path.has_relative_path() && path.filename() == paths.front().filename();
-    });
-  };
-  while (equal())
-    for (fs::path& path : paths) path = path.parent_path();
-  std::vector<std::string> names;
-  for (const fs::path& path : paths) {
-    const std::string name = path.filename().string();
-    const std::size_t open = name.find_first_of("*?[");
-    names.push_back(open == std::string::npos || open == 0 ? name : name.substr(0, open));
-  }
-  return names;
-}
-
 void check_folders(const std::vector<std::string>& folders) {
   if (folders.size() < 2)
     throw Error("rig: needs the folders of two cameras or more, or a data set with the key rig");
@@ -94,6 +73,26 @@ std::vector<Instant> paired(const RigInputArguments& arguments,
 
 }  // namespace
 
+std::vector<std::string> names_of_folders(const std::vector<std::string>& inputs) {
+  check_folders(inputs);
+  std::vector<fs::path> paths;
+  for (const std::string& input : inputs) paths.push_back(folder_path(input));
+  const auto equal = [&] {
+    return std::ranges::all_of(paths, [&](const fs::path& path) {
+      return path.has_relative_path() && path.filename() == paths.front().filename();
+    });
+  };
+  while (equal())
+    for (fs::path& path : paths) path = path.parent_path();
+  std::vector<std::string> names;
+  for (const fs::path& path : paths) {
+    const std::string name = path.filename().string();
+    const std::size_t open = name.find_first_of("*?[");
+    names.push_back(open == std::string::npos || open == 0 ? name : name.substr(0, open));
+  }
+  return names;
+}
+
 RigDataset read_rig(const RigInputArguments& arguments) {
   const std::vector<std::string>& inputs = arguments.input.inputs;
   if (inputs.size() == 1 && is_rig_folder(inputs.front())) {
@@ -113,12 +112,11 @@ RigDataset read_rig(const RigInputArguments& arguments) {
       folder.rig.instants = paired(arguments, folder.rig.cameras);
     return std::move(folder.rig);
   }
-  check_folders(inputs);
+  const std::vector<std::string> names = names_of_folders(inputs);
   if (!arguments.corners.empty() && arguments.corners.size() != inputs.size())
     throw Error(fmt::format("--observations: needs a file for each of the {} cameras, got {}",
                             inputs.size(), arguments.corners.size()));
   RigDataset rig;
-  const std::vector<std::string> names = camera_names(inputs);
   for (std::size_t c = 0; c < inputs.size(); ++c) {
     Input input = camera_input(arguments, c);
     find_views(input, arguments.threads);

@@ -22,6 +22,10 @@ struct RigInputArguments {
 // camera. Prints the warnings of reading. Throws Error.
 RigDataset read_rig(const RigInputArguments& arguments);
 
+// Names of the cameras of some folders: the last part of the paths that differs, without what a
+// pattern leaves open. Throws Error for fewer than two folders, and for one that is given twice.
+std::vector<std::string> names_of_folders(const std::vector<std::string>& folders);
+
 // --pair; `more`: further values.
 Option add_pair(CLI::App& command, std::string& pair, const std::string& more = "");
 
