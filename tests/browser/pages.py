@@ -32,6 +32,25 @@ views: 8
 sensor: {blur_px: 0.7, noise_levels: 2}
 """
 
+RIG_SCENE = """
+rig:
+  cameras:
+    - {name: left, camera: {image_size: [480, 360], model: pinhole, f: 400}}
+    - name: middle
+      camera: {image_size: [480, 360], model: pinhole, f: 400}
+      rig_from_camera: {translation_m: [0.06, 0.01, 0], roll_pitch_yaw_deg: [1, 0, 2]}
+    - name: right
+      camera: {image_size: [400, 300], model: pinhole, f: 330}
+      rig_from_camera: {translation_m: [0.12, 0.002, 0.001], roll_pitch_yaw_deg: [1, 2, 3]}
+boards:
+  - target: {target_type: aprilgrid, tagCols: 4, tagRows: 4, tagSize: 0.08, tagSpacing: 0.3}
+    world_from_board: {translation_m: [-0.2, -0.2, 0]}
+path: {type: dome, min_distance_m: 0.6, max_distance_m: 0.9, min_elevation_deg: 50}
+jitter: {target_m: 0.05, roll_deg: 180}
+views: 14
+sensor: {blur_px: 0.6, noise_levels: 2}
+"""
+
 # Names that would run or end a script if they were taken for HTML. "/" makes a folder of the last.
 HOSTILE_PICTURES = {"000.png": "<img src=x onerror=alert(1)>.png",
                     "001.png": "<script>alert(2)</script>.png"}  # has no file: "/"
@@ -164,9 +183,24 @@ def hostile(maker: Maker) -> None:
     maker.run("report", str(camera), "--dataset", str(folder / "set"), "--out", "hostile.html")
 
 
+def rig(maker: Maker) -> None:
+    """Three cameras; one picture of the right one is taken for that of another instant."""
+    maker.render("trio", RIG_SCENE)
+    wrong = {5: "009.png", 9: ""}
+    rows = [f"{n:03}.png,{n:03}.png,{wrong.get(n, f'{n:03}.png')}" for n in range(14)]
+    (maker.folder / "pairs.csv").write_text("\n".join(["left,middle,right", *rows]) + "\n")
+    folders = [f"trio/{name}/images" for name in ("left", "middle", "right")]
+    maker.run("rig", *folders, "--target", "trio/target.yaml", "--pair", "pairs.csv", "--out",
+              "trio.yaml", "--report", "rig.html")
+
+
+def rig_file(maker: Maker) -> None:
+    maker.run("report", "trio.yaml", "--out", "rig_file.html")
+
+
 # In the order in which they are made: later ones use files of earlier ones.
 MAKERS: list[Callable[[Maker], None]] = [
-    good, fisheye, findings, no_answer, difference, poses, bare, hostile]
+    good, fisheye, findings, no_answer, difference, poses, bare, hostile, rig, rig_file]
 
 
 def make_pages(command: str, folder: Path) -> dict[str, Page]:

@@ -16,6 +16,8 @@ EXPECTED = {
     "difference": ["difference", "difference-parameters"],
     "poses": [*RESIDUALS, "rms", "views", "scene"],
     "bare": ["uncertainty"],
+    "rig": ["pairs", "depth", "rig", "instants", *3 * ["coverage", "uncertainty"]],
+    "rig_file": ["depth", "rig", *3 * ["uncertainty"]],
     "hostile": ["coverage", *RESIDUALS, "uncertainty", "rms", "views", "scene"],
 }
 
@@ -24,7 +26,8 @@ COUNT = "(document.querySelector(a[0])?.getAttribute('d').match(/M/g) ?? []).len
 
 # The colours of style.css with which each canvas draws its data.
 COLOURS = {"distribution": ["--sky", "--vermilion"], "radial-profile": ["--blue", "--orange"],
-           "rms": ["--sky", "--vermilion"], "scene": ["--blue", "--square"]}
+           "rms": ["--sky", "--vermilion"], "scene": ["--blue", "--square"],
+           "rig": ["--blue", "--vermilion"], "depth": ["--blue", "--vermilion"]}
 
 # The number of pixels that are nearly of these colours in the canvas of a chart.
 PAINTED = """(() => {
@@ -108,6 +111,8 @@ def test_shows_what_was_found(browser: Browser, page: Page) -> None:
     rows = browser.js("[...document.querySelectorAll('table.ladder tbody tr')].map((row) =>"
                       " row.dataset.model)")
     assert rows == [step["model"] for step in page.data.get("ladder") or []]
+    for sentence in [page.data["verdict"]["sentence"].partition(": ")[2], page.data.get("next") or ""]:
+        assert sentence[1:] in text  # its first letter may be a capital
     for name in [row["name"] for row in page.data.get("parameters") or []]:
         assert browser.js("[...document.querySelectorAll('#parameters td b')]"
                           ".some((node) => node.textContent === a[0])", name)

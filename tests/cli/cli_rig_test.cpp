@@ -151,6 +151,75 @@ TEST_F(CliRig, DifferenceOfTwoRigs) {
   }
 }
 
+// The data in a page.
+Json data_of_page(const fs::path& file) {
+  const std::string text = slurp(file);
+  const std::string start = "<script type=\"application/json\" id=\"data\">";
+  const std::size_t from = text.find(start) + start.size();
+  return Json::parse(text.substr(from, text.find("</script>", from) - from));
+}
+
+// Without the line ends of wrapping.
+std::string unwrapped(const std::string& text) {
+  std::istringstream words(text);
+  std::string all, word;
+  while (words >> word) all += (all.empty() ? "" : " ") + word;
+  return all;
+}
+
+TEST_F(CliRig, ThePageHasTheNumbersOfTheTerminal) {
+  render("rig", scene_of(kPlace));
+  const Outcome out =
+      run("rig " + path("rig") + " --out " + path("rig.yaml") + " --report " + path("rig.html"));
+  ASSERT_EQ(out.exit_code, 0) << out.err << out.out;
+  const Json answer = Json::parse(run("rig " + path("rig") + " --json").out);
+  const std::string terminal = unwrapped(out.out);
+  const Json page = data_of_page(root() / "rig.html");
+  EXPECT_EQ(page["kind"], "rig");
+  EXPECT_EQ(page["verdict"]["level"], "ok");
+  const Json& pair = page["pairs"][0];
+  std::vector<Json> texts = {page["verdict"]["sentence"], page["next"], pair["baseline"]};
+  for (const Json& depth : pair["depths"]) texts.push_back(depth["text"]);
+  for (const Json& text : page["cameras"][1]["place"]) texts.push_back(text);
+  EXPECT_EQ(texts.size(), 3 + 4 + 6U);
+  for (const Json& text : texts)
+    EXPECT_NE(terminal.find(text.get<std::string>()), std::string::npos) << text << out.out;
+  for (const Json& camera : page["cameras"]) {
+    std::string row;
+    for (const char* const key : {"name", "model"}) row += camera[key].get<std::string>() + " ";
+    row += camera["num_views"].dump() + " " + camera["num_corners"].dump();
+    for (const char* const key : {"rms_px", "excess"}) row += " " + camera[key].get<std::string>();
+    EXPECT_NE(terminal.find(row), std::string::npos) << row << out.out;
+    EXPECT_EQ(camera["corners"]["u"].size(), camera["corners"]["rejected"].size());
+  }
+  ASSERT_EQ(page["instants"].size(), 12U);
+  for (const Json& instant : page["instants"]) EXPECT_EQ(instant["state"], "used");
+  EXPECT_FALSE(page["cameras"][0].contains("centre_axes_m"));  // the reference
+  EXPECT_EQ(page["cameras"][1]["centre_axes_m"].size(), 3U);
+
+  // The ellipsoid extends along the baseline, whose length is the least certain, by its error.
+  double along = 0;
+  for (const Json& axis : page["cameras"][1]["centre_axes_m"])
+    along = std::hypot(along, axis[0].get<double>());
+  EXPECT_NEAR(along, answer["pairs"][0]["sigma_baseline_m"].get<double>(), 0.1 * along);
+
+  // The page of its file has the same lenses, places and depths, and says what it cannot show.
+  ASSERT_EQ(run("report " + path("rig.yaml") + " --out " + path("file.html")).exit_code, 0);
+  const Json file = data_of_page(root() / "file.html");
+  EXPECT_EQ(file["pairs"][0]["baseline"], pair["baseline"]);
+  EXPECT_EQ(file["pairs"][0]["depths"], pair["depths"]);
+  for (std::size_t c = 0; c < 2; ++c) {
+    EXPECT_EQ(file["cameras"][c]["parameters"], page["cameras"][c]["parameters"]);
+    for (const char* const key : {"place", "centre_axes_m"})
+      EXPECT_EQ(file["cameras"][c].value(key, Json()), page["cameras"][c].value(key, Json()));
+  }
+  EXPECT_NE(file["notes"].dump().find("no instants"), std::string::npos) << file["notes"];
+  expect_bad_input(
+      "report " + path("rig.yaml") + " --dataset " + path("rig") + " --out " + path("no.html"),
+      {"is a rig", "rig.yaml:left"});
+  EXPECT_FALSE(fs::exists(root() / "no.html"));
+}
+
 TEST_F(CliRig, APoseNeedsTheRigOfItsCameras) {
   render("rig", scene_of(kPlace, "6"));
   spill(root() / "chain.yaml",
@@ -222,6 +291,8 @@ TEST_F(CliRig, BadInputIsOneLine) {
   refused(left + " " + right + target + " --pair time:0", "time:5ms");
   refused(left + " " + right + target + " --pair time:5ms", "times of its pictures");
   refused(left + " " + right + target + " --model middle=f", "left, right");
+  refused(left + " " + right + target + " --report " + path("rig.txt"), "must end in .html");
+  refused(left + " " + right + target + " --report " + path("rig/target.yaml"), "target.yaml");
 }
 
 TEST_F(CliRig, NoCommonInstantIsNoAnswer) {
@@ -241,8 +312,13 @@ TEST_F(CliRig, NoCommonInstantIsNoAnswer) {
   fs::remove(root() / "no.yaml");
   fs::remove(root() / "b/000.png");
   spill(root() / "pairs.csv", "a,b\n000.png,\n,001.png\n002.png,\n");
-  const Outcome none = run(command + " --pair " + path("pairs.csv"));
+  const Outcome none =
+      run(command + " --pair " + path("pairs.csv") + " --report " + path("none.html"));
   EXPECT_EQ(none.exit_code, 3) << none.err;
+  const Json page = data_of_page(root() / "none.html");
+  EXPECT_EQ(page["verdict"]["level"], "no_answer");
+  EXPECT_EQ(page["instants"].size(), 3U);
+  EXPECT_TRUE(page["formats"].empty());
   EXPECT_NE(none.out.find("no instant connects a with b"), std::string::npos) << none.out;
   EXPECT_FALSE(fs::exists(root() / "no.yaml"));
 }

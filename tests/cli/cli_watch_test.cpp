@@ -125,9 +125,12 @@ class Watch : public Cli {
   static fs::path photo(const std::string& name) { return root() / "photos" / name; }
 
   void start(const std::string& options) {
-    std::string line = "exec " + program() + " watch " + path("photos") + " --target " +
-                       path("set/target.yaml") + " --every 0.03 --no-cache --out " +
-                       path("camera.yaml") + " " + options;
+    launch(path("photos") + " --target " + path("set/target.yaml") + " --out " +
+           path("camera.yaml") + " " + options);
+  }
+
+  void launch(const std::string& arguments) {
+    std::string line = "exec " + program() + " watch --every 0.03 --no-cache " + arguments;
     line += " >" + path("watch.txt") + " 2>" + path("watch_err.txt") + " </dev/null";
     spill(root() / "watch.txt", "");
     pid_ = fork();
@@ -274,6 +277,68 @@ TEST_F(Watch, AnInterruptionLeavesTheCalibration) {
   EXPECT_NE(slurp(root() / "camera.yaml").find("camera_matrix"), std::string::npos);
 }
 
+const char* const kRig = R"(
+rig:
+  cameras:
+    - {name: left, camera: {image_size: [480, 360], model: pinhole, f: 400}}
+    - name: right
+      camera: {image_size: [400, 300], model: pinhole, f: 330}
+      rig_from_camera: {translation_m: [0.08, 0.002, 0.001], roll_pitch_yaw_deg: [1, 2, 3]}
+boards:
+  - target: {target_type: aprilgrid, tagCols: 4, tagRows: 4, tagSize: 0.08, tagSpacing: 0.3}
+    world_from_board: {translation_m: [-0.2, -0.2, 0]}
+path: {type: dome, min_distance_m: 0.6, max_distance_m: 0.9, min_elevation_deg: 50}
+jitter: {target_m: 0.05, roll_deg: 180}
+views: 8
+sensor: {blur_px: 0.6, noise_levels: 2}
+)";
+
+// The rig is that of `tagcal rig` on the same folders.
+TEST_F(Watch, FollowsTheFoldersOfARig) {
+  spill(root() / "duo.yaml", kRig);
+  ASSERT_EQ(run("render " + path("duo.yaml") + " --out " + path("duo")).exit_code, 0);
+  for (const char* const folder : {"left", "right"})
+    fs::create_directories(root() / "cameras" / folder);
+  const auto add = [](const std::string& camera, int i) {
+    const std::string name = "00" + std::to_string(i) + ".png";
+    fs::copy(root() / "duo" / camera / "images" / name, root() / "cameras" / camera / name);
+  };
+  const std::string folders =
+      path("cameras/left") + " " + path("cameras/right") + " --target " + path("duo/target.yaml");
+  for (int i = 0; i < 4; ++i) add("left", i);
+  launch(folders + " --rig --until 1e-9px --timeout 2 --out " + path("watched.yaml"));
+  wait_for("rig  not yet: right: no picture with the board yet");
+  for (int i = 0; i < 4; ++i) add("right", i);
+  wait_for("next: show the board to left and right at the same time");
+  for (int i = 4; i < 8; ++i) add("left", i);
+  for (int i = 4; i < 8; ++i) add("right", i);
+  wait_for("2 cameras, 8 instants");
+  const Outcome outcome = finished();
+  EXPECT_EQ(outcome.exit_code, 1) << outcome.out << outcome.err;
+  EXPECT_EQ(lines_of(outcome.out, "left/007.png"), 1) << outcome.out;
+  EXPECT_NE(outcome.out.find("GOAL NOT MET: the places of left and right"), std::string::npos)
+      << outcome.out;
+  EXPECT_NE(outcome.out.find("no new picture for 2 s"), std::string::npos) << outcome.out;
+  ASSERT_EQ(run("rig " + folders + " --out " + path("same.yaml")).exit_code, 0);
+  EXPECT_EQ(slurp(root() / "watched.yaml"), slurp(root() / "same.yaml"));
+
+  launch(folders + " --rig --json --timeout 0.5 --out " + path("watched.yaml"));
+  const Outcome json = finished();
+  EXPECT_EQ(json.exit_code, 0) << json.err;
+  EXPECT_TRUE(json.out.starts_with("{")) << json.out;
+  EXPECT_NE(json.err.find("left: 8 pictures"), std::string::npos) << json.err;
+
+  fs::remove_all(root() / "cameras/right");
+  fs::copy(root() / "cameras/left", root() / "cameras/right");
+  launch(folders + " --rig --timeout 0.5 --out " + path("none.yaml"));
+  const Outcome same = finished();
+  EXPECT_EQ(same.exit_code, 3) << same.out << same.err;
+  EXPECT_NE(same.out.find("NO ANSWER: left and right: 000.png and 000.png are the same picture"),
+            std::string::npos)
+      << same.out;
+  EXPECT_FALSE(fs::exists(root() / "none.yaml"));
+}
+
 TEST_F(Watch, RefusesWhatCannotBeWatched) {
   const std::string target = " --target " + path("set/target.yaml");
   const std::string photos = "watch " + path("photos");
@@ -281,6 +346,10 @@ TEST_F(Watch, RefusesWhatCannotBeWatched) {
   expect_bad_input("watch " + path("scene.yaml") + target, {"must be a folder"});
   expect_bad_input("watch " + path("set") + target, {"is a data set"});
   expect_bad_input(photos, {"--target"});
+  expect_bad_input(photos + target + " --rig", {"folders of two cameras"});
+  expect_bad_input(photos + " " + path("photos") + target + " --rig", {"given twice"});
+  expect_bad_input(photos + " " + path("nothing") + target + " --rig", {"no such folder"});
+  expect_bad_input(photos + " " + path("set") + target, {"--rig"});
   expect_bad_input(photos + target + " --until 3mm", {"--until", "0.1px", "3mm"});
   expect_bad_input(photos + target + " --until -1px", {"--until"});
   expect_bad_input(photos + target + " --model nothing", {"nothing"});

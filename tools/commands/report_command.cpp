@@ -14,6 +14,7 @@
 #include "page_data/html_page.hpp"
 #include "page_data/page_parts.hpp"
 #include "page_data/poses_page.hpp"
+#include "page_data/rig_page.hpp"
 #include "tagcal/error.hpp"
 
 namespace tagcal::tools {
@@ -84,6 +85,15 @@ int run(const Arguments& arguments) {
                difference_page(arguments.first, arguments.data.inputs.front(), near_m));
     return kAnswer;
   }
+  if (const auto rig = shows_poses ? std::nullopt : rig_in_file(arguments.first)) {
+    if (has_data(arguments))
+      throw Error(
+          fmt::format("{0}: is a rig, whose page takes no data: tagcal rig --report shows "
+                      "that of its pictures, and {0}:{1} is one camera",
+                      arguments.first, rig->cameras.front().name));
+    write_page(arguments.out, rig_page(*rig, arguments.first));
+    return kAnswer;
+  }
   std::optional<Input> input = input_of(arguments);
   Input* const given = input ? &*input : nullptr;
   if (shows_poses) {
@@ -99,11 +109,13 @@ int run(const Arguments& arguments) {
 }  // namespace
 
 Command add_report(CLI::App& app) {
-  CLI::App* command = add_command(
-      app, "report", "a page to look at: a calibration, two compared, or the poses of views");
+  CLI::App* command =
+      add_command(app, "report",
+                  "a page to look at: a calibration, two compared, a rig, or the poses of views");
   const auto arguments = std::make_shared<Arguments>();
-  add_option(*command, "CALIBRATION", arguments->first,
-             "a camera's file, of any format, or the poses that tagcal pose --json printed")
+  add_option(
+      *command, "CALIBRATION", arguments->first,
+      "a file of a camera or a rig, of any format, or the poses that tagcal pose --json printed")
       .required();
   add_option(*command, "OTHER|IMAGE", arguments->data.inputs,
              "another calibration to compare with, or (with --target) the pictures");

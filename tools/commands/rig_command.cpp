@@ -12,6 +12,8 @@
 #include "job/camera_input.hpp"
 #include "job/messages.hpp"
 #include "job/outputs.hpp"
+#include "page_data/html_page.hpp"
+#include "page_data/rig_page.hpp"
 #include "report/rig_report.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/calibrate.hpp"
@@ -31,36 +33,9 @@ struct Arguments : RigInputArguments {
   std::vector<std::string> models;   // M, or NAME=M
   std::string reference;
   std::string out;
+  std::string report;  // a page
   bool json = false;
 };
-
-// Throws Error if two cameras have pictures with the same corners: one camera was given twice.
-// Equal views have equal first pixels.
-void check_different(const RigDataset& rig) {
-  const auto same = [](const View& a, const View& b) {
-    return std::ranges::equal(a.observations, b.observations,
-                              [](const Observation& x, const Observation& y) {
-                                return x.id == y.id && x.pixel == y.pixel;
-                              });
-  };
-  std::multimap<std::pair<double, double>, std::pair<const RigCamera*, const View*>> seen;
-  for (const RigCamera& camera : rig.cameras)
-    for (const View& view : camera.data.views) {
-      if (view.observations.empty()) continue;
-      const Eigen::Vector2d& pixel = view.observations.front().pixel;
-      const std::pair key(pixel.x(), pixel.y());
-      const auto [first, last] = seen.equal_range(key);
-      for (auto it = first; it != last; ++it) {
-        const auto& [other, its_view] = it->second;
-        if (other != &camera && same(*its_view, view))
-          throw Error(
-              fmt::format("{} and {}: {} and {} are the same picture: each camera needs its "
-                          "own pictures",
-                          other->name, camera.name, its_view->image, view.image));
-      }
-      seen.emplace(key, std::pair(&camera, &view));
-    }
-}
 
 // "NAME=VALUE": the index of the camera, and the value.
 std::pair<std::size_t, std::string> camera_value(const RigDataset& rig, const std::string& text,
@@ -128,8 +103,19 @@ void check_ids(const RigDataset& rig, const std::vector<std::string>& targets) {
                                 targets[b], p.id.tag_id, targets[at->second]));
 }
 
+void check_report(const Arguments& arguments) {
+  if (arguments.report.empty()) return;
+  std::vector<std::string> files = arguments.input.inputs;
+  files.insert(files.end(), arguments.targets.begin(), arguments.targets.end());
+  files.insert(files.end(), arguments.corners.begin(), arguments.corners.end());
+  for (const std::string& camera : arguments.cameras)
+    files.push_back(camera.substr(camera.find('=') + 1));
+  check_page(arguments.report, files);
+}
+
 int run(const Arguments& arguments) {
   check_text_writable(arguments.out);
+  check_report(arguments);
   const RigDataset rig = read_rig(arguments);
   check_different(rig);
   check_ids(rig, arguments.targets);
@@ -140,6 +126,7 @@ int run(const Arguments& arguments) {
     write_whole(arguments.out, rig_yaml(answer));
     say_wrote(arguments.out);
   }
+  if (!arguments.report.empty()) write_page(arguments.report, rig_page(rig, answer, options));
   print_answer(arguments.json ? rig_json(rig, answer, options.reference)
                               : rig_summary(answer, options.reference),
                arguments.json, answered ? arguments.out : "");
@@ -199,6 +186,9 @@ Command add_rig(CLI::App& app) {
   add_option(*command, "--out", arguments->out, "file for the rig, written if there is an answer")
       .text("FILE")
       .writes_text();
+  add_option(*command, "--report", arguments->report,
+             "a page to look at: the rig in 3D, pairs, instants, lenses (report.md)")
+      .text("FILE.html");
   add_flag(*command, "--json", arguments->json, "one JSON object on stdout");
   add_threads(*command, arguments->threads);
   add_footer(*command,

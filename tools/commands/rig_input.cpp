@@ -92,6 +92,11 @@ std::vector<std::string> camera_names(const std::vector<std::string>& inputs) {
   return names;
 }
 
+std::vector<std::string> names_of_folders(const std::vector<std::string>& inputs) {
+  check_folders(inputs);
+  return camera_names(inputs);
+}
+
 RigDataset read_rig(const RigInputArguments& arguments) {
   const std::vector<std::string>& inputs = arguments.input.inputs;
   if (inputs.size() == 1 && is_rig_folder(inputs.front())) {
@@ -111,12 +116,11 @@ RigDataset read_rig(const RigInputArguments& arguments) {
       folder.rig.instants = paired(arguments, folder.rig.cameras);
     return std::move(folder.rig);
   }
-  check_folders(inputs);
+  const std::vector<std::string> names = names_of_folders(inputs);
   if (!arguments.corners.empty() && arguments.corners.size() != inputs.size())
     throw Error(fmt::format("--observations: needs a file for each of the {} cameras, got {}",
                             inputs.size(), arguments.corners.size()));
   RigDataset rig;
-  const std::vector<std::string> names = camera_names(inputs);
   for (std::size_t c = 0; c < inputs.size(); ++c) {
     Input input = camera_input(arguments, c);
     find_views(input, arguments.threads);

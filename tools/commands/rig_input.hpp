@@ -25,6 +25,8 @@ RigDataset read_rig(const RigInputArguments& arguments);
 // Names of the cameras of folders or patterns: the last part of the paths that differs, without
 // what a pattern leaves open.
 std::vector<std::string> camera_names(const std::vector<std::string>& inputs);
+// The same. Throws Error for fewer than two folders, and for one that is given twice.
+std::vector<std::string> names_of_folders(const std::vector<std::string>& folders);
 
 // --pair; `more`: further values.
 Option add_pair(CLI::App& command, std::string& pair, const std::string& more = "");

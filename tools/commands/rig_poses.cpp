@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "job/camera_input.hpp"
+#include "report/rig_report.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/internal/parallel.hpp"
 #include "tagcal/io/camera_file.hpp"
@@ -23,17 +24,6 @@ std::vector<ViewCorrespondences> seen_at(const Instant& instant, const RigDatase
       seen[c] = view_correspondences(data.cameras[c].data.views[*view], data.cameras[c].data.boards,
                                      rig.cameras[c].camera_error_px);
   return seen;
-}
-
-// "000.png", or "left01.jpg, right01.jpg" if the cameras' pictures have names of their own.
-std::string name_of(const Instant& instant, const RigDataset& data) {
-  std::vector<std::string> names;
-  for (std::size_t c = 0; c < data.cameras.size(); ++c)
-    if (const auto& view = instant.view[c]) {
-      const std::string& name = data.cameras[c].data.views[*view].image;
-      if (std::ranges::find(names, name) == names.end()) names.push_back(name);
-    }
-  return fmt::format("{}", fmt::join(names, ", "));
 }
 
 PoseReport report_of(const RigPoseEstimate& estimate, const KnownRig& rig,

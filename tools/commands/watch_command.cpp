@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "commands/commands.hpp"
+#include "commands/rig_input.hpp"
 #include "job/arguments.hpp"
 #include "job/find_corners.hpp"
 #include "job/interruption.hpp"
@@ -20,6 +21,7 @@
 #include "tagcal/io/image_file.hpp"
 #include "tagcal/io/target_file.hpp"
 #include "tagcal/io/text_file.hpp"
+#include "watch/rig_session.hpp"
 #include "watch/watch_session.hpp"
 
 namespace tagcal::tools {
@@ -28,7 +30,8 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Arguments {
-  std::string folder;
+  std::vector<std::string> folders;
+  bool rig = false;
   std::string target;
   double tag_size_m = 0;
   std::string out;
@@ -54,8 +57,8 @@ double goal_of(const std::string& text) {
   return value;
 }
 
-// "FOLDER.camera.yaml", beside the folder.
-fs::path default_out(const fs::path& folder) {
+// Beside the folder: "FOLDER.camera.yaml" for an ending, or a file of this name.
+fs::path default_out(const fs::path& folder, const std::string& name) {
   std::error_code error;
   fs::path whole = fs::weakly_canonical(fs::absolute(folder), error);
   if (!whole.has_filename()) whole = whole.parent_path();
@@ -64,7 +67,7 @@ fs::path default_out(const fs::path& folder) {
         fmt::format("{}: has no name: give the calibration's file with --out", folder.string()));
   fs::path out = folder.has_filename() ? folder : folder.parent_path();
   if (out.empty() || out.filename() == "." || out.filename() == "..") out = whole;
-  return out += ".camera.yaml";
+  return name.starts_with('.') ? out += name : out.replace_filename(name);
 }
 
 void check_folder(const fs::path& folder) {
@@ -83,29 +86,75 @@ Board target_of(const Arguments& arguments, std::vector<std::string>& warnings) 
   return board;
 }
 
-int run(const Arguments& arguments) {
-  WatchOptions options;
-  options.folder = arguments.folder;
+std::chrono::milliseconds pause_of(const Arguments& arguments) {
+  constexpr double kDay_s = 86400;  // longer pauses are shortened to it
+  return std::chrono::milliseconds(
+      std::max(1L, std::lround(1000 * std::min(kDay_s, arguments.every_s))));
+}
+
+CalibrateOptions calibrate_options(const Arguments& arguments) {
+  CalibrateOptions options;
+  options.model = arguments.model;
+  options.num_threads = static_cast<std::size_t>(arguments.threads);
+  if (arguments.model == "weak") throw Error("--model: weak has no lens to watch");
+  naming_options([&] { check_options(options); });
+  return options;
+}
+
+// The cache of the corners of each camera stands beside the rig's file.
+fs::path cache_of(const Arguments& arguments, const fs::path& out) {
+  return arguments.no_cache ? fs::path() : corner_cache_of(out);
+}
+
+int run_rig(const Arguments& arguments) {
+  RigWatchOptions options;
   options.goal_px = goal_of(arguments.until);
   options.timeout_s = arguments.timeout_s;
   options.json = arguments.json;
-  constexpr double kDay_s = 86400;  // longer pauses are shortened to it
-  options.every = std::chrono::milliseconds(
-      std::max(1L, std::lround(1000 * std::min(kDay_s, arguments.every_s))));
-  options.calibration.model = arguments.model;
-  options.calibration.num_threads = static_cast<std::size_t>(arguments.threads);
-  if (arguments.model == "weak") throw Error("--model: weak has no lens to watch");
-  naming_options([&] { check_options(options.calibration); });
+  options.every = pause_of(arguments);
+  options.calibration.calibrate = {calibrate_options(arguments)};
+  const std::vector<std::string> names = names_of_folders(arguments.folders);
+  for (const std::string& folder : arguments.folders) check_folder(folder);
+  options.out = arguments.out.empty() ? default_out(arguments.folders.front(), "rig.yaml")
+                                      : fs::path(arguments.out);
+  check_text_writable(options.out);
+  check_replaces_nothing({options.out}, {arguments.target});
+  std::vector<std::string> warnings;
+  const Board board = target_of(arguments, warnings);
+  std::vector<WatchedCamera> cameras;
+  for (std::size_t c = 0; c < names.size(); ++c) {
+    const fs::path folder = arguments.folders[c];
+    const fs::path cache = cache_of(arguments, fs::path(options.out) += "." + names[c]);
+    cameras.push_back(
+        {names[c], folder,
+         std::make_unique<WatchedPictures>(
+             folder, board,
+             WatchedPictures::Options{arguments.threads, cache, Interruption::requested})});
+  }
+  return RigSession(std::move(options), std::move(cameras), std::move(warnings)).run();
+}
+
+int run(const Arguments& arguments) {
+  if (arguments.rig) return run_rig(arguments);
+  if (arguments.folders.size() > 1)
+    throw Error("watch: takes one folder; those of several cameras on one body need --rig");
+  WatchOptions options;
+  options.folder = arguments.folders.front();
+  options.goal_px = goal_of(arguments.until);
+  options.timeout_s = arguments.timeout_s;
+  options.json = arguments.json;
+  options.every = pause_of(arguments);
+  options.calibration = calibrate_options(arguments);
   check_folder(options.folder);
-  options.out = arguments.out.empty() ? default_out(options.folder) : fs::path(arguments.out);
+  options.out =
+      arguments.out.empty() ? default_out(options.folder, ".camera.yaml") : fs::path(arguments.out);
   check_text_writable(options.out);
   check_replaces_nothing({options.out}, {arguments.target});
   std::vector<std::string> warnings;
   Board board = target_of(arguments, warnings);
   WatchedPictures pictures(
       options.folder, std::move(board),
-      {arguments.threads, arguments.no_cache ? fs::path() : corner_cache_of(options.out),
-       Interruption::requested});
+      {arguments.threads, cache_of(arguments, options.out), Interruption::requested});
   return WatchSession(std::move(options), pictures, std::move(warnings)).run();
 }
 
@@ -115,8 +164,11 @@ Command add_watch(CLI::App& app) {
   CLI::App* command =
       add_command(app, "watch", "calibrate while pictures are being taken: what to show next");
   const auto arguments = std::make_shared<Arguments>();
-  add_option(*command, "FOLDER", arguments->folder, "the folder into which the pictures come")
+  add_option(*command, "FOLDER", arguments->folders,
+             "the folder into which the pictures come; with --rig one for each camera")
       .required();
+  add_flag(*command, "--rig", arguments->rig,
+           "several cameras on one body: which pair needs the board next");
   add_option(*command, "--target", arguments->target, "the board in the pictures: a target file")
       .text("T.yaml")
       .required();
@@ -125,7 +177,7 @@ Command add_watch(CLI::App& app) {
       .seldom();
   add_option(*command, "--out", arguments->out,
              "file for the camera, written whole after each picture that leaves an answer; "
-             "default: FOLDER.camera.yaml, beside the folder")
+             "default: FOLDER.camera.yaml, of a rig rig.yaml, beside the folder")
       .text("FILE");
   add_option(*command, "--until", arguments->until,
              "end once the largest standard deviation of the projection at infinity over the image "
@@ -148,6 +200,7 @@ Command add_watch(CLI::App& app) {
   add_footer(*command,
              "Example: tagcal watch photos --target board.yaml --until 0.1px\n"
              "         tagcal watch photos --target board.yaml --out c.yaml --timeout 120\n"
+             "         tagcal watch left right --target board.yaml --until 0.1px --rig\n"
              "Exit codes: 0 a calibration (with --until: the goal is met),\n"
              "            1 the goal is not met, 2 bad input, 3 no calibration.");
   return {command, [arguments] { return run(*arguments); }};

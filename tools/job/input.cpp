@@ -248,4 +248,30 @@ void print_warnings(const std::vector<std::string>& warnings) {
     print_to_stderr("tagcal: warning: {}\n", warning);
 }
 
+void check_different(const RigDataset& rig) {
+  const auto same = [](const View& a, const View& b) {
+    return std::ranges::equal(a.observations, b.observations,
+                              [](const Observation& x, const Observation& y) {
+                                return x.id == y.id && x.pixel == y.pixel;
+                              });
+  };
+  std::multimap<std::pair<double, double>, std::pair<const RigCamera*, const View*>> seen;
+  for (const RigCamera& camera : rig.cameras)
+    for (const View& view : camera.data.views) {
+      if (view.observations.empty()) continue;
+      const Eigen::Vector2d& pixel = view.observations.front().pixel;
+      const std::pair key(pixel.x(), pixel.y());
+      const auto [first, last] = seen.equal_range(key);
+      for (auto it = first; it != last; ++it) {
+        const auto& [other, its_view] = it->second;
+        if (other != &camera && same(*its_view, view))
+          throw Error(
+              fmt::format("{} and {}: {} and {} are the same picture: each camera needs its "
+                          "own pictures",
+                          other->name, camera.name, its_view->image, view.image));
+      }
+      seen.emplace(key, std::pair(&camera, &view));
+    }
+}
+
 }  // namespace tagcal::tools

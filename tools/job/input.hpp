@@ -7,7 +7,7 @@
 
 #include "job/arguments.hpp"
 #include "tagcal/detect/detector.hpp"
-#include "tagcal/scene/dataset.hpp"
+#include "tagcal/scene/rig.hpp"
 
 namespace tagcal::tools {
 
@@ -68,6 +68,10 @@ std::filesystem::path corner_cache_of(const std::filesystem::path& out);
 
 // Throws Error if a camera, read from `file`, has another image size than the pictures.
 void check_image_size(const ImageSize& size, const std::string& file, const Input& input);
+
+// Throws Error if two cameras have pictures with the same corners: one camera was given twice.
+// Equal views have equal first pixels.
+void check_different(const RigDataset& rig);
 
 // Leaves out the pictures that turned out to be damaged, as read_input does: `unreadable` says for
 // each picture why, or "".

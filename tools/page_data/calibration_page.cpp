@@ -7,13 +7,6 @@
 namespace tagcal::tools {
 namespace {
 
-PageJson seen_json(const SeenRegion& seen) {
-  if (seen.hull().empty()) return nullptr;
-  PageJson hull = PageJson::array();
-  for (const Eigen::Vector2d& corner : seen.hull()) hull.push_back(point_json(corner));
-  return {{"share", significant(seen.share())}, {"hull", std::move(hull)}};
-}
-
 std::vector<std::filesystem::path> picture_files_of(const PageContent& content) {
   std::vector<std::filesystem::path> files;
   for (const View& view : content.dataset.views) {
@@ -48,15 +41,15 @@ PageJson calibration_page(const PageContent& content) {
   const std::vector<PageCorner> corners = page_corners(content);
   const std::vector<Thumbnail> pictures =
       thumbnails(picture_files_of(content), size, content.threads);
-  PageJson page = {
-      {"format", 1},
-      {"kind", "calibration"},
-      {"title", content.title},
-      {"verdict", verdict_json(c, verdict_sentence(c, content.chosen.value_or(false)))},
-      {"status", status_name(c.status)},
-      {"model", c.model.empty() ? PageJson() : PageJson(c.model)},
-      {"chosen", content.chosen ? PageJson(*content.chosen) : PageJson()},
-      {"made_by", made_by_json()}};
+  PageJson page = {{"format", 1},
+                   {"kind", "calibration"},
+                   {"title", content.title},
+                   {"verdict", verdict_json(c.status, c.findings,
+                                            verdict_sentence(c, content.chosen.value_or(false)))},
+                   {"status", status_name(c.status)},
+                   {"model", c.model.empty() ? PageJson() : PageJson(c.model)},
+                   {"chosen", content.chosen ? PageJson(*content.chosen) : PageJson()},
+                   {"made_by", made_by_json()}};
   page["findings"] = page_findings_json(c.findings);
   page["image_size"] = {size.width, size.height};
   page["parameters"] = parameters_json(c);

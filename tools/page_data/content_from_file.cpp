@@ -19,25 +19,6 @@ namespace {
 
 using Eigen::Vector2d;
 
-Calibration calibration_of(const CalibrationFile& file) {
-  Calibration calibration;
-  calibration.status = Status::ok;
-  calibration.camera = file.camera;
-  calibration.model =
-      file.model.empty() ? std::string(full_model(file.camera.lens).name()) : file.model;
-  calibration.covariance = file.covariance;
-  if (const UncertainCamera claim = uncertain_camera(file); claim.model) calibration.claim = claim;
-  calibration.fixed = file.fixed;
-  calibration.sigmas = file.sigmas;
-  if (file.sigmas.empty())  // not known, which 0 would not say
-    calibration.sigmas.assign(parameters(file.camera.lens).size(), std::nan(""));
-  calibration.seen = file.seen;
-  calibration.findings = file.findings;
-  for (Finding& finding : calibration.findings)
-    if (finding.code.empty()) finding.code = "calibration_file";  // older files have no codes
-  return calibration;
-}
-
 struct EstimatedView {
   std::optional<CalibratedView> view;
   std::vector<Outlier> outliers;
@@ -127,6 +108,25 @@ void note_what_is_missing(bool has_data, PageContent& content) {
 }
 
 }  // namespace
+
+Calibration calibration_of(const CalibrationFile& file) {
+  Calibration calibration;
+  calibration.status = Status::ok;
+  calibration.camera = file.camera;
+  calibration.model =
+      file.model.empty() ? std::string(full_model(file.camera.lens).name()) : file.model;
+  calibration.covariance = file.covariance;
+  if (const UncertainCamera claim = uncertain_camera(file); claim.model) calibration.claim = claim;
+  calibration.fixed = file.fixed;
+  calibration.sigmas = file.sigmas;
+  if (file.sigmas.empty())  // not known, which 0 would not say
+    calibration.sigmas.assign(parameters(file.camera.lens).size(), std::nan(""));
+  calibration.seen = file.seen;
+  calibration.findings = file.findings;
+  for (Finding& finding : calibration.findings)
+    if (finding.code.empty()) finding.code = "calibration_file";  // older files have no codes
+  return calibration;
+}
 
 PageContent content_from_file(const std::string& file_and_name, Input* input, int threads) {
   const CalibrationFile file = read_camera(file_and_name);

@@ -38,21 +38,25 @@ class TemporaryFolder {
 }  // namespace
 
 PageJson formats_json(const Calibration& calibration, std::vector<std::string>& notes) {
-  PageJson list = PageJson::array();
   if (!is_answer(calibration.status) || !calibration.camera || calibration.model == "weak")
-    return list;
+    return PageJson::array();
   CameraFile camera;
   CalibrationFile known = calibration_file(calibration);
   if (calibration.projection.empty()) known.camera_error_px.reset();  // read from a file
   camera.cameras.push_back({"camera", std::move(known)});
+  return formats_json(camera, notes);
+}
+
+PageJson formats_json(const CameraFile& cameras, std::vector<std::string>& notes) {
+  PageJson list = PageJson::array();
   try {
     const TemporaryFolder folder;
     for (const CameraFormat& format : camera_formats()) {
-      if (format.only_poses) continue;
+      if (format.only_poses || (cameras.cameras.size() > 1 && !format.several)) continue;
       const fs::path file = folder.path() / format.file;
       const std::string title = fmt::format("{} ({})", format.name, format.file);
       try {
-        write_camera_file(file, camera, format.name);
+        write_camera_file(file, cameras, format.name);
         list.push_back({{"name", title}, {"text", read_text(file)}});
       } catch (const Error& error) {
         std::string reason = error.what();

@@ -40,11 +40,10 @@ PageJson libraries_json() {
   return json;
 }
 
-std::string level_of(const Calibration& calibration) {
-  if (!is_answer(calibration.status)) return "no_answer";
-  if (calibration.status == Status::ambiguous) return "ambiguous";
-  const bool warns =
-      std::ranges::count(calibration.findings, Severity::warning, &Finding::severity) > 0;
+std::string level_of(Status status, std::span<const Finding> findings) {
+  if (!is_answer(status)) return "no_answer";
+  if (status == Status::ambiguous) return "ambiguous";
+  const bool warns = std::ranges::count(findings, Severity::warning, &Finding::severity) > 0;
   return warns ? "warnings" : "ok";
 }
 
@@ -90,8 +89,9 @@ std::string last_part(const std::string& path) {
   return name.empty() || name == "." || name == ".." ? path : name;
 }
 
-PageJson verdict_json(const Calibration& calibration, const std::string& sentence) {
-  return {{"level", level_of(calibration)}, {"sentence", sentence}};
+PageJson verdict_json(Status status, std::span<const Finding> findings,
+                      const std::string& sentence) {
+  return {{"level", level_of(status, findings)}, {"sentence", sentence}};
 }
 
 PageJson page_findings_json(std::span<const Finding> findings) {
@@ -142,6 +142,13 @@ PageJson projection_maps_json(const PageContent& content) {
   for (const double distance : {middle, kInfinitelyFar})
     list.push_back(map_json(projection_uncertainty(lens, grid, samples, distance)));
   return list;
+}
+
+PageJson seen_json(const SeenRegion& seen) {
+  if (seen.hull().empty()) return nullptr;
+  PageJson hull = PageJson::array();
+  for (const Eigen::Vector2d& corner : seen.hull()) hull.push_back(point_json(corner));
+  return {{"share", significant(seen.share())}, {"hull", std::move(hull)}};
 }
 
 PageJson ladder_json(const Calibration& calibration) {

@@ -6,6 +6,7 @@
 #include "page_data/json_values.hpp"
 #include "page_data/page_content.hpp"
 #include "page_data/thumbnails.hpp"
+#include "tagcal/io/types.hpp"
 
 namespace tagcal::tools {
 
@@ -14,7 +15,8 @@ namespace tagcal::tools {
 // The last part of a path: the name of a file or folder, for a title.
 std::string last_part(const std::string& path);
 
-PageJson verdict_json(const Calibration& calibration, const std::string& sentence);
+PageJson verdict_json(Status status, std::span<const Finding> findings,
+                      const std::string& sentence);
 PageJson page_findings_json(std::span<const Finding> findings);
 PageJson made_by_json();
 
@@ -36,7 +38,11 @@ void add_thumbnail(PageJson& view, const Thumbnail& thumbnail);
 void note_missing(const std::vector<std::string>& names, const std::vector<Thumbnail>& thumbnails,
                   std::vector<std::string>& notes);
 
-// The camera as text in each format that can hold it; the others go to `notes`.
+// The region of the image with corners; null without any.
+PageJson seen_json(const SeenRegion& seen);
+
+// Cameras as text in each format that can hold them; of a single one, the others go to `notes`.
+PageJson formats_json(const CameraFile& cameras, std::vector<std::string>& notes);
 PageJson formats_json(const Calibration& calibration, std::vector<std::string>& notes);
 
 // The data of the page of a calibration.

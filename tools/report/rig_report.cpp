@@ -1,6 +1,7 @@
 #include "report/rig_report.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -28,21 +29,13 @@ double sigma_of(const Matrix6& covariance, int i) {
   return std::sqrt(std::max(0.0, covariance(i, i)));
 }
 
+// The verdict as the terminal shows it.
 std::string verdict_of(const RigCalibration& rig) {
-  if (!is_answer(rig.status)) {
-    const Finding* const reason = reason_of(rig.findings);
-    return wrapped(toned(Tone::bad, "NO ANSWER:") + " ",
-                   reason ? reason->sentence : std::string(status_name(rig.status)), 2);
-  }
-  const auto warnings = std::ranges::count(rig.findings, Severity::warning, &Finding::severity);
-  const std::string extent = fmt::format(
-      "{}, {}, {}, rms {} px", counted(rig.cameras.size(), "camera"),
-      counted(rig.instants.size(), "instant"),
-      counted(static_cast<std::size_t>(rig.num_corners), "corner"), two_digits(rig.rms_px));
-  const std::string ok =
-      warnings == 0 ? "OK: "
-                    : "OK, " + counted(static_cast<std::size_t>(warnings), "warning") + ": ";
-  return wrapped(toned(warnings == 0 ? Tone::good : Tone::caution, ok), extent, 2);
+  const std::string text = rig_verdict(rig);
+  const std::size_t end = text.find(": ") + 1;
+  const bool warns = std::ranges::count(rig.findings, Severity::warning, &Finding::severity) > 0;
+  const Tone tone = !is_answer(rig.status) ? Tone::bad : warns ? Tone::caution : Tone::good;
+  return wrapped(toned(tone, text.substr(0, end)) + " ", text.substr(end + 1), 2);
 }
 
 std::size_t name_width(const RigCalibration& rig) {
@@ -56,25 +49,22 @@ std::string camera_rows(const RigCalibration& rig) {
   std::string text = fmt::format("\n{:<{}}  {:<9} {:>6} {:>8} {:>7} {:>7}\n", "camera", width,
                                  "model", "views", "corners", "rms px", "excess");
   for (const RigCameraEstimate& camera : rig.cameras)
-    text +=
-        fmt::format("{:<{}}  {:<9} {:>6} {:>8} {:>7} {:>7.2f}\n", camera.name, width, camera.model,
-                    camera.num_views, camera.num_corners, two_digits(camera.rms_px), camera.excess);
+    text += fmt::format("{:<{}}  {:<9} {:>6} {:>8} {:>7} {:>7}\n", camera.name, width, camera.model,
+                        camera.num_views, camera.num_corners, two_digits(camera.rms_px),
+                        excess_text(camera));
   return text;
 }
 
 // The place of a camera, seen from the reference.
 std::string place_lines(const RigCameraEstimate& camera, const std::string& reference) {
-  const Vector3d t = 1e3 * camera.camera_from_rig.translation();
-  const Vector3d r = kDegrees * log_rotation(camera.camera_from_rig.rotation());
-  const auto of = [&](const Vector3d& v, int first, double unit) {
-    std::string text;
-    for (int i = 0; i < 3; ++i)
-      text +=
-          fmt::format("  {:>18}", with_sigma(v[i], unit * sigma_of(camera.covariance, first + i)));
-    return text;
-  };
-  return fmt::format("\n{} from {}\n  translation mm {}\n  rotation deg   {}\n", camera.name,
-                     reference, of(t, 3, 1e3), of(r, 0, kDegrees));
+  std::string lines = fmt::format("\n{} from {}\n", camera.name, reference);
+  const std::vector<std::string> texts = place_texts(camera.camera_from_rig, camera.covariance);
+  for (std::size_t i = 0; i < texts.size(); ++i) {
+    if (i == 0) lines += "  translation mm ";
+    if (i == 3) lines += "\n  rotation deg   ";
+    lines += fmt::format("  {:>18}", texts[i]);
+  }
+  return lines + "\n";
 }
 
 std::string length_text(double metres) {
@@ -82,17 +72,16 @@ std::string length_text(double metres) {
 }
 
 std::string pair_lines(const RigCalibration& rig, const RigPair& pair) {
-  std::string text = fmt::format("\n{} - {}: baseline {} mm, {}, epipolar error {} px",
-                                 rig.cameras[pair.a].name, rig.cameras[pair.b].name,
-                                 with_sigma(1e3 * pair.baseline_m, 1e3 * pair.sigma_baseline_m),
-                                 counted(static_cast<std::size_t>(pair.num_instants), "instant"),
-                                 two_digits(pair.epipolar_px));
+  std::string text =
+      fmt::format("\n{} - {}: baseline {}, {}, epipolar error {} px", rig.cameras[pair.a].name,
+                  rig.cameras[pair.b].name, baseline_text(pair),
+                  counted(static_cast<std::size_t>(pair.num_instants), "instant"),
+                  two_digits(pair.epipolar_px));
   if (rig.cameras.size() > 2)
-    text += fmt::format(", disagrees with the rig by {:.1f} sd", pair.disagreement);
+    text += fmt::format(", disagrees with the rig by {}", disagreement_text(pair));
   std::string depths;
   for (const DepthUncertainty& d : pair.depths)
-    depths += fmt::format("{}at {:g} m +- {} ({} of it by the lenses)", depths.empty() ? "" : ", ",
-                          d.distance_m, length_text(d.sigma_m), length_text(d.of_lenses_m));
+    depths += (depths.empty() ? "" : ", ") + depth_text(d);
   text += "\n";
   if (!depths.empty()) text += wrapped("  depth ", depths, 8);
   return text;
@@ -153,6 +142,59 @@ Json rig_pair_json(const RigCalibration& rig, const RigPair& pair) {
 }
 
 }  // namespace
+
+std::string ok_text(std::span<const Finding> findings) {
+  const auto warnings = std::ranges::count(findings, Severity::warning, &Finding::severity);
+  return warnings == 0 ? "OK: "
+                       : "OK, " + counted(static_cast<std::size_t>(warnings), "warning") + ": ";
+}
+
+std::string rig_verdict(const RigCalibration& rig) {
+  if (!is_answer(rig.status)) {
+    const Finding* const reason = reason_of(rig.findings);
+    return "NO ANSWER: " + (reason ? reason->sentence : std::string(status_name(rig.status)));
+  }
+  return fmt::format("{}{}, {}, {}, rms {} px", ok_text(rig.findings),
+                     counted(rig.cameras.size(), "camera"), counted(rig.instants.size(), "instant"),
+                     counted(static_cast<std::size_t>(rig.num_corners), "corner"),
+                     two_digits(rig.rms_px));
+}
+
+std::vector<std::string> place_texts(const Pose& camera_from_rig, const Matrix6& covariance) {
+  const Vector3d t = 1e3 * camera_from_rig.translation();
+  const Vector3d r = kDegrees * log_rotation(camera_from_rig.rotation());
+  std::vector<std::string> texts;
+  for (int i = 0; i < 3; ++i) texts.push_back(with_sigma(t[i], 1e3 * sigma_of(covariance, 3 + i)));
+  for (int i = 0; i < 3; ++i) texts.push_back(with_sigma(r[i], kDegrees * sigma_of(covariance, i)));
+  return texts;
+}
+
+std::string baseline_text(const RigPair& pair) {
+  return with_sigma(1e3 * pair.baseline_m, 1e3 * pair.sigma_baseline_m) + " mm";
+}
+
+std::string depth_text(const DepthUncertainty& depth) {
+  return fmt::format("at {:g} m +- {} ({} of it by the lenses)", depth.distance_m,
+                     length_text(depth.sigma_m), length_text(depth.of_lenses_m));
+}
+
+std::string disagreement_text(const RigPair& pair) {
+  return fmt::format("{:.1f} sd", pair.disagreement);
+}
+
+std::string excess_text(const RigCameraEstimate& camera) {
+  return fmt::format("{:.2f}", camera.excess);
+}
+
+std::string name_of(const Instant& instant, const RigDataset& data) {
+  std::vector<std::string> names;
+  for (std::size_t c = 0; c < data.cameras.size(); ++c)
+    if (const auto& view = instant.view[c]) {
+      const std::string& name = data.cameras[c].data.views[*view].image;
+      if (std::ranges::find(names, name) == names.end()) names.push_back(name);
+    }
+  return fmt::format("{}", fmt::join(names, ", "));
+}
 
 std::string rig_summary(const RigCalibration& rig, std::size_t reference) {
   std::string text = verdict_of(rig) + findings_text(without_reason(rig.findings), "");

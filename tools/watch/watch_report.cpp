@@ -161,7 +161,7 @@ std::string step_line(const Step& step, const Calibration& calibration) {
 }
 
 std::string next_lines(const std::optional<AdvisedView>& advice, const Standing& standing,
-                       double goal_px) {
+                       double goal_px, const std::string& camera) {
   std::string text = advice ? advice->instruction
                             : "show the board in another part of the image, tilted by 30 degrees";
   const bool is_precise = standing.has_answer && standing.largest_px <= goal_px;
@@ -171,7 +171,7 @@ std::string next_lines(const std::optional<AdvisedView>& advice, const Standing&
   else if (is_precise && standing.num_pictures < kFewestPictures)
     text += fmt::format("; the goal needs {} pictures, so that halves of them can be compared",
                         kFewestPictures);
-  return wrapped("  next: ", text, 8);
+  return wrapped("  next: ", (camera.empty() ? "" : camera + ": ") + text, 8);
 }
 
 std::string remark_lines(const std::string& sentence) {

@@ -51,8 +51,9 @@ struct Step {
 std::string step_line(const Step& step, const Calibration& calibration);
 
 // "  next: .." : the view to take, or what the goal still lacks.
+// `camera`: of several; "": the only one.
 std::string next_lines(const std::optional<AdvisedView>& advice, const Standing& standing,
-                       double goal_px);
+                       double goal_px, const std::string& camera = "");
 
 // A warning below a picture's line.
 std::string remark_lines(const std::string& sentence);

@@ -13,6 +13,7 @@
 #include "tagcal/estimate/rig/rig_advice.hpp"
 #include "tagcal/estimate/rig/rig_clocks.hpp"
 #include "tagcal/estimate/rig/rig_findings.hpp"
+#include "tagcal/estimate/rig/rig_pair.hpp"
 #include "tagcal/estimate/rig/rig_report.hpp"
 #include "tagcal/internal/spread_indices.hpp"
 #include "tagcal/internal/stopwatch.hpp"
@@ -364,6 +365,25 @@ RigCalibration calibrate_rig(const RigDataset& given, const RigOptions& options)
   }
   answer.seconds = stopwatch.seconds();
   return answer;
+}
+
+std::vector<RigPair> pairs_of(const KnownRig& rig) {
+  if (rig.covariance.size() == 0) return {};
+  const MatrixXd covariance = rig.covariance;
+  const MatrixXd inverse = inverse_of_last(covariance, covariance.rows() - rig.first_of_lens(0));
+  std::vector<RigPair> pairs;
+  for (std::size_t a = 0; a < rig.cameras.size(); ++a)
+    for (std::size_t b = a + 1; b < rig.cameras.size(); ++b) {
+      const KnownRig::Member &of_a = rig.cameras[a], &of_b = rig.cameras[b];
+      RigPair& pair = pairs.emplace_back();
+      pair.a = a;
+      pair.b = b;
+      report_place({of_a.camera, of_b.camera, of_a.camera_from_rig, of_b.camera_from_rig,
+                    6 * static_cast<Index>(a), 6 * static_cast<Index>(b), rig.first_of_lens(a),
+                    rig.first_of_lens(b), covariance, inverse},
+                   pair);
+    }
+  return pairs;
 }
 
 }  // namespace tagcal

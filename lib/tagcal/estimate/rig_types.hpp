@@ -89,6 +89,9 @@ struct ClockOffset {
   bool in_seconds = false;
 };
 
+// "12.3 +- 0.5 ms", or instants.
+std::string offset_text(const ClockOffset& clock);
+
 // A board in the world, which is the frame of the board that the reference sees most; or, if the
 // places of the boards are known, the world as it is.
 struct RigBoard {

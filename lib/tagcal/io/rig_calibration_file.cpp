@@ -40,17 +40,7 @@ FileCamera file_camera_of(const RigCameraEstimate& camera) {
 
 std::string rig_yaml(const RigCalibration& rig) {
   assert(is_answer(rig.status));
-  std::vector<FileCamera> cameras;
-  for (const RigCameraEstimate& camera : rig.cameras) {
-    cameras.push_back(file_camera_of(camera));
-    cameras.back().overlaps.emplace();
-  }
-  for (const RigPair& pair : rig.pairs) {
-    if (pair.num_instants == 0) continue;
-    cameras[pair.a].overlaps->push_back(pair.b);
-    cameras[pair.b].overlaps->push_back(pair.a);
-  }
-  std::string text = "%YAML:1.0\n---\n" + cameras_yaml(cameras);
+  std::string text = "%YAML:1.0\n---\n" + cameras_yaml(camera_file(rig).cameras);
   text += fmt::format("status: {}\nrms_px: {}\nnum_instants: {}\nnum_rejected_instants: {}\n",
                       text_yaml(status_name(rig.status)), number_yaml(rig.rms_px),
                       rig.instants.size(), rig.rejected_instants.size());
@@ -58,6 +48,24 @@ std::string rig_yaml(const RigCalibration& rig) {
   for (std::size_t b = 0; b < rig.boards.size() && rig.boards.size() > 1; ++b)
     text += fmt::format("   - world_from_board: {}\n", pose_yaml(rig.boards[b].world_from_board));
   return text + matrix_yaml("joint_covariance", rig.covariance) + findings_yaml(rig.findings);
+}
+
+CameraFile camera_file(const RigCalibration& rig) {
+  assert(is_answer(rig.status));
+  CameraFile file;
+  file.format = "tagcal";
+  for (const RigCameraEstimate& camera : rig.cameras) {
+    file.cameras.push_back(file_camera_of(camera));
+    file.cameras.back().overlaps.emplace();
+  }
+  for (const RigPair& pair : rig.pairs) {
+    if (pair.num_instants == 0) continue;
+    file.cameras[pair.a].overlaps->push_back(pair.b);
+    file.cameras[pair.b].overlaps->push_back(pair.a);
+  }
+  file.rig_covariance = known_rig(rig).covariance;
+  file.findings = rig.findings;
+  return file;
 }
 
 KnownRig known_rig(const CameraFile& file, const std::string& name) {

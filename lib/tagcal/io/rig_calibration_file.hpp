@@ -12,6 +12,9 @@ namespace tagcal {
 // their places. Precondition: is_answer(rig.status).
 std::string rig_yaml(const RigCalibration& rig);
 
+// The same as read_camera_file reads it. Precondition: is_answer(rig.status).
+CameraFile camera_file(const RigCalibration& rig);
+
 // The rig of a file that was read, for use by tagcal. Throws Error, naming the file, if a camera
 // has no place or cannot be used (usable_camera).
 KnownRig known_rig(const CameraFile& file, const std::string& name);

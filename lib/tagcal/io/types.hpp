@@ -87,6 +87,7 @@ struct CameraFile {
   MatrixX rig_covariance = {};
   // The frame of the rig is that of an IMU, or of the body that other programs place it on.
   bool rig_is_imu = false;
+  std::vector<Finding> findings = {};  // of a rig; those of a camera are in its calibration
 };
 
 // What a video says of its frames (video_file.hpp).

@@ -12,6 +12,10 @@ import { ladder } from "./sections/ladder.js";
 import { madeBy } from "./sections/made.js";
 import { parameters } from "./sections/parameters.js";
 import { residuals } from "./sections/residuals.js";
+import { rigCameras, rigLenses, rigNext } from "./sections/rig.js";
+import { rigDepth, rigPairs } from "./sections/rig_pairs.js";
+import { rigScene } from "./sections/rig_scene.js";
+import { rigTimeline } from "./sections/rig_timeline.js";
 import { scene } from "./sections/scene.js";
 import { uncertainty } from "./sections/uncertainty.js";
 import { verdict } from "./sections/verdict.js";
@@ -23,6 +27,8 @@ const CALIBRATION = [findings, parameters, coverage, advice, residuals, uncertai
 const SECTIONS = {
   calibration: CALIBRATION,
   poses: [findings, views, scene, residuals, formats, madeBy],
+  rig: [findings, rigNext, rigCameras, rigScene, rigPairs, rigDepth, rigTimeline, rigLenses, formats,
+    madeBy],
   difference: [findings, difference, formats, madeBy],
 };
 
@@ -39,7 +45,7 @@ function safely(make, data) {
 
 function contents(sections) {
   return h("nav", { "aria-label": "Sections" }, sections.map((node) =>
-    node.id ? h("a", { href: `#${node.id}` }, node.querySelector("h2")?.textContent ?? "") : null));
+    node.id && !node.dataset.unlisted ? h("a", { href: `#${node.id}` }, node.querySelector("h2")?.textContent ?? "") : null));
 }
 
 function build(data) {

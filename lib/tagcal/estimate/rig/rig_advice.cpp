@@ -108,6 +108,7 @@ std::optional<AdvisedPair> advised_pair(const SolvedRig& solved) {
         if (!sigma || (worst && *sigma <= worst->sigma_px)) continue;
         worst = {a, b, p.x.norm(), *sigma, {}};
         where = side_name(p.column, p.row, "middle");
+        if (where != "middle") where += " part";
       }
     }
   }

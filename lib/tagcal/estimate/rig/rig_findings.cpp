@@ -24,11 +24,8 @@ std::string names_of(const RigDataset& rig, const std::vector<std::size_t>& came
 }
 
 // "cam1: 12.3 +- 0.5 ms"
-std::string offset_text(const RigDataset& rig, const ClockOffset& clock) {
-  const std::string& name = rig.cameras[clock.camera].name;
-  return clock.in_seconds
-             ? fmt::format("{}: {:.3g} +- {:.2g} ms", name, 1e3 * clock.offset, 1e3 * clock.sigma)
-             : fmt::format("{}: {:.3g} +- {:.2g} instants", name, clock.offset, clock.sigma);
+std::string offset_of(const RigDataset& rig, const ClockOffset& clock) {
+  return rig.cameras[clock.camera].name + ": " + offset_text(clock);
 }
 
 std::string strain_of(const RigCameraEstimate& camera) {
@@ -74,13 +71,13 @@ void report_clocks(const RigDataset& rig, bool corrected, bool tells_offset,
   for (const ClockOffset& clock : answer.clocks) {
     if (corrected)
       add(answer.findings, code::clock_corrected,
-          fmt::format("{} later than its stamps say; corrected", offset_text(rig, clock)));
+          fmt::format("{} later than its stamps say; corrected", offset_of(rig, clock)));
     else
       add(answer.findings, code::not_synchronous,
           fmt::format("{} the others of the same instants: record with a common trigger, "
                       "hold the board still for each picture, or have stamps corrected (--pair "
                       "time:find)",
-                      tells_offset ? offset_text(rig, clock) + " later than"
+                      tells_offset ? offset_of(rig, clock) + " later than"
                                    : rig.cameras[clock.camera].name +
                                          " took its pictures at other times than"));
   }
@@ -164,3 +161,13 @@ void report_turned(const RigStart& start, RigCalibration& answer) {
 }
 
 }  // namespace tagcal::internal
+
+namespace tagcal {
+
+std::string offset_text(const ClockOffset& clock) {
+  return clock.in_seconds
+             ? fmt::format("{:.3g} +- {:.2g} ms", 1e3 * clock.offset, 1e3 * clock.sigma)
+             : fmt::format("{:.3g} +- {:.2g} instants", clock.offset, clock.sigma);
+}
+
+}  // namespace tagcal

@@ -6,7 +6,7 @@
 #include <map>
 #include <optional>
 
-#include "tagcal/estimate/policy/policy.hpp"
+#include "tagcal/estimate/rig/rig_pair.hpp"
 #include "tagcal/internal/spread_indices.hpp"
 
 namespace tagcal::internal {
@@ -18,7 +18,6 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 constexpr std::size_t kMostEpipolarInstants = 100;  // numeric: a limit of work
-constexpr double kDepths[] = {1, 3, 10, 30};        // numeric: metres, as users ask for them
 
 // A corner of a view, and its ray under the camera's lens.
 struct SeenRay {
@@ -40,10 +39,7 @@ struct RigOfPairs {
         layout(rig.layout),
         covariance(rig.covariance),
         rays(rig.data->cameras.size()) {
-    const Index lenses = layout.size - layout.num_extrinsics();
-    const MatrixXd of_lenses = covariance.bottomRightCorner(lenses, lenses);
-    if (lenses > 0)  // none if all are exact
-      inverse_of_lenses = of_lenses.completeOrthogonalDecomposition().pseudoInverse();
+    inverse_of_lenses = inverse_of_last(covariance, layout.size - layout.num_extrinsics());
     for (std::size_t c = 0; c < rays.size(); ++c) views.push_back(rig.state->views_at(c));
   }
 
@@ -60,79 +56,12 @@ struct RigOfPairs {
   }
 };
 
-// A pair of cameras as functions of the parameters of the rig.
+// A pair of cameras of the rig.
 struct PairModel {
   RigOfPairs& rig;
   const RigCameraEstimate &a, &b;
   std::size_t index_a, index_b;
-
-  Pose b_from_a() const { return b.camera_from_rig * a.camera_from_rig.inverse(); }
-
-  // Steps of b_from_a by all parameters of the rig (6 x n).
-  MatrixXd by_parameters() const {
-    const auto by = pair_by_places(a.camera_from_rig, b.camera_from_rig);
-    MatrixXd all = MatrixXd::Zero(6, rig.layout.size);
-    if (const auto at = rig.layout.pose[index_a]) all.middleCols<6>(*at) = by.leftCols<6>();
-    if (const auto at = rig.layout.pose[index_b]) all.middleCols<6>(*at) = by.rightCols<6>();
-    return all;
-  }
 };
-
-// The derivative of a function of a lens by its free parameters, by central differences.
-template <typename Function>
-MatrixXd by_lens(const UncertainCamera& camera, const Function& of_lens) {
-  if (!camera.model) return MatrixXd(of_lens(camera.camera.lens).size(), 0);
-  const std::vector<double> values = camera.model->free_values(camera.camera.lens);
-  MatrixXd by(of_lens(camera.camera.lens).size(), std::ssize(values));
-  for (std::size_t k = 0; k < values.size(); ++k) {
-    const double h = 1e-6 * std::max(1.0, std::abs(values[k]));  // numeric: between both roundings
-    const auto at = [&](double value) {
-      std::vector<double> moved = values;
-      moved[k] = value;
-      return of_lens(*camera.model->lens(moved, camera.camera.image_size));
-    };
-    by.col(static_cast<Index>(k)) = (at(values[k] + h) - at(values[k] - h)) / (2 * h);
-  }
-  return by;
-}
-
-// The uncertainty of the depth of a point at `distance` on the axis of the first camera, as its
-// second pixel tells it. No value if the second camera does not see the point.
-std::optional<DepthUncertainty> depth_uncertainty(const PairModel& pair, double distance) {
-  const Pose b_from_a = pair.b_from_a();
-  const Vector3d axis = Vector3d::UnitZ(), point = b_from_a * Vector3d(distance * axis);
-  PointJacobian by_point;
-  const auto pixel =
-      std::visit([&](const auto& lens) { return lens.project(point, &by_point, nullptr); },
-                 pair.b.camera.camera.lens);
-  const auto centre = project(pair.a.camera.camera.lens, Vector3d(distance * axis));
-  if (!pixel || !centre) return std::nullopt;
-  const Eigen::Vector2d by_depth = by_point * (b_from_a.rotation() * axis);
-  if (!(by_depth.squaredNorm() > 0)) return std::nullopt;
-  MatrixXd by_point_in_b(3, pair.rig.layout.size);
-  by_point_in_b = pair.by_parameters().bottomRows<3>() -
-                  cross_matrix(b_from_a.rotation() * Vector3d(distance * axis)) *
-                      pair.by_parameters().topRows<3>();
-  MatrixXd of_pixel = by_point * by_point_in_b;
-  const auto add = [&](std::size_t camera, const MatrixXd& by) {
-    if (by.cols() > 0) of_pixel.middleCols(pair.rig.layout.lens[camera], by.cols()) += by;
-  };
-  add(pair.index_b, by_lens(pair.b.camera, [&](const Lens& lens) {
-        return project(lens, point).value_or(*pixel);
-      }));
-  add(pair.index_a, by_lens(pair.a.camera, [&](const Lens& lens) -> Eigen::Vector2d {
-        const auto ray = ray_in_camera(lens, *centre);
-        const Vector3d direction = ray ? ray->direction : axis;
-        return by_point * (b_from_a.rotation() * Vector3d(distance * direction));
-      }));
-  const VectorXd depth = -of_pixel.transpose() * by_depth / by_depth.squaredNorm();
-  const VectorXd with_all = pair.rig.covariance * depth;
-  const double all = std::max(0.0, depth.dot(with_all));
-  // The part that would vanish if the lenses were known.
-  const VectorXd with_lenses = with_all.tail(pair.rig.inverse_of_lenses.cols());
-  const double part = with_lenses.dot(pair.rig.inverse_of_lenses * with_lenses);
-  return DepthUncertainty{distance, std::sqrt(all), std::sqrt(std::clamp(part, 0.0, all))};
-}
 
 // Corners that both cameras see at an instant: the sum of their squared distances from the epipolar
 // curves.
@@ -159,13 +88,11 @@ RigPair report_pair(const PairModel& pair) {
   RigPair result;
   result.a = pair.index_a;
   result.b = pair.index_b;
-  result.b_from_a = pair.b_from_a();
-  result.covariance = covariance_of_pair(pair.rig.solved, pair.index_a, pair.index_b);
-  const Vector3d t = result.b_from_a.translation();
-  result.baseline_m = t.norm();
-  const Eigen::Matrix3d of_t = result.covariance.bottomRightCorner<3, 3>();
-  if (result.baseline_m > 0)
-    result.sigma_baseline_m = std::sqrt(std::max(0.0, t.dot(of_t * t))) / result.baseline_m;
+  const RigLayout& layout = pair.rig.layout;
+  report_place({pair.a.camera, pair.b.camera, pair.a.camera_from_rig, pair.b.camera_from_rig,
+                layout.pose[pair.index_a], layout.pose[pair.index_b], layout.lens[pair.index_a],
+                layout.lens[pair.index_b], pair.rig.covariance, pair.rig.inverse_of_lenses},
+               result);
   const auto &of_a = pair.rig.views[pair.index_a], &of_b = pair.rig.views[pair.index_b];
   std::vector<std::size_t> common;
   for (std::size_t i = 0; i < of_a.size(); ++i)
@@ -176,8 +103,6 @@ RigPair report_pair(const PairModel& pair) {
     for (const std::size_t a : of_a[common[i]])
       for (const std::size_t b : of_b[common[i]]) add_epipolar(pair, a, b, result, sum);
   if (result.num_corners > 0) result.epipolar_px = std::sqrt(sum / result.num_corners);
-  for (const double distance : kDepths)
-    if (const auto depth = depth_uncertainty(pair, distance)) result.depths.push_back(*depth);
   return result;
 }
 
@@ -221,15 +146,8 @@ void report_camera(const SolvedRig& solved, std::size_t c, RigCameraEstimate& ca
 
 Matrix6 covariance_of_pair(const SolvedRig& solved, std::size_t a, std::size_t b) {
   const auto& places = solved.state->poses.camera_from_rig;
-  const auto by = pair_by_places(places[a], places[b]);
-  const std::optional<Index> at[] = {solved.layout.pose[a], solved.layout.pose[b]};
-  Matrix6 covariance = Matrix6::Zero();
-  for (int i = 0; i < 2; ++i)
-    for (int k = 0; k < 2; ++k)
-      if (at[i] && at[k])
-        covariance += by.middleCols<6>(6 * i) * solved.covariance.block<6, 6>(*at[i], *at[k]) *
-                      by.middleCols<6>(6 * k).transpose();
-  return covariance;
+  return covariance_between(places[a], places[b], solved.layout.pose[a], solved.layout.pose[b],
+                            solved.covariance);
 }
 
 void report_rig(const SolvedRig& solved, RigCalibration& answer) {

@@ -197,6 +197,7 @@ CameraFile read_rig_cameras(const YamlValue& top) {
     if (frame->text() != "imu") frame->fail("must be imu");
     file.rig_is_imu = true;
   }
+  file.findings = read_findings(top);
   if (const auto joint = top.find("joint_covariance")) read_rig_covariance(*joint, file);
   const auto views = top.find("views");
   if (!views) return file;

@@ -117,7 +117,10 @@ std::vector<std::string> texts_of(const YamlValue& top, std::string_view key) {
 }
 
 // Older files have the sentences only.
-void read_findings(const YamlValue& top, CalibrationFile& file) {
+}  // namespace
+
+std::vector<Finding> read_findings(const YamlValue& top) {
+  std::vector<Finding> findings;
   std::vector<std::string> codes = texts_of(top, "warning_codes");
   std::vector<std::string> severities = texts_of(top, "warning_severities");
   const std::vector<std::string> sentences = texts_of(top, "warnings");
@@ -125,14 +128,13 @@ void read_findings(const YamlValue& top, CalibrationFile& file) {
   severities.resize(sentences.size());
   for (std::size_t i = 0; i < sentences.size(); ++i) {
     const bool is_note = severities[i] == severity_name(Severity::note);
-    file.findings.push_back({codes[i], is_note ? Severity::note : Severity::warning, sentences[i]});
+    findings.push_back({codes[i], is_note ? Severity::note : Severity::warning, sentences[i]});
   }
+  return findings;
 }
 
-}  // namespace
-
 void read_uncertainty(const YamlValue& top, CalibrationFile& file) {
-  read_findings(top, file);
+  file.findings = read_findings(top);
   const std::size_t num_parameters = parameters(file.camera.lens).size();
   file.fixed = fixed_values(top);
   if (const auto sigmas = top.find("sigmas")) {

@@ -9,4 +9,7 @@ namespace tagcal::internal {
 // claim, findings, the seen region. Files of other programs have none of them.
 void read_uncertainty(const YamlValue& top, CalibrationFile& file);
 
+// The findings of a file of tagcal.
+std::vector<Finding> read_findings(const YamlValue& top);
+
 }  // namespace tagcal::internal

@@ -32,20 +32,26 @@ function projector(state, scene, width, height) {
   };
 }
 
-// How much closer to come at the present angles for the scene to fill the canvas.
+// How much closer to come at the present angles for the scene to fill the canvas: by bisection,
+// because a scene that is long in the direction of sight has points beside the eye when it is near.
 function fitOf(state, width, height) {
   const pointsOf = (items) => items.flatMap((item) => item.faces.flatMap((face) => face.points));
-  const all = pointsOf(state.scene.items);  // a camera far from all others may stay outside
+  // A camera far from all others may stay outside, unless it is one of a rig.
+  const all = pointsOf(state.scene.items);
   const fixed = pointsOf(state.scene.items.filter((item) => item.view === undefined));
-  let fit = 1;
-  for (let i = 0; i < 5; ++i) {  // perspective: a few steps until it fits
+  const shareAt = (fit) => {
     const project = projector({ ...state, zoom: 1, fit }, state.scene, width, height);
     const shares = (points) => points.map(project).map((at) => (at
       ? Math.max(Math.abs(at[0] / width - 0.5), Math.abs(at[1] / height - 0.5)) * 2 : 2));
-    const largest = Math.max(quantile(shares(all), 0.99), ...shares(fixed).slice(0, 1e4));
-    fit = Math.max(0.4, Math.min(3, fit * FILLED / largest));
+    return Math.max(quantile(shares(all), state.scene.whole ? 1 : 0.99), ...shares(fixed).slice(0, 1e4));
+  };
+  let [low, high] = [0.3, 3];
+  for (let i = 0; i < 8; ++i) {
+    const middle = Math.sqrt(low * high);
+    if (shareAt(middle) > FILLED) high = middle;
+    else low = middle;
   }
-  return fit;
+  return low;
 }
 
 function trace(context, points, closed) {

@@ -89,6 +89,71 @@ function cameraScene(data, posed) {
       view: posed[i].index })))] };
 }
 
+const MOST_BOARDS = 60;  // that are drawn about a rig
+const ENLARGED = 100;    // times, of ellipsoids, unless they hide the cameras or are not seen
+
+const centreOfCamera = (camera) => camera.rig_from_camera.map((row) => row[3]).slice(0, 3);
+const distanceOf = (a, b) => Math.hypot(...a.map((x, i) => x - b[i]));
+const spread = (list, most) => (list.length <= most ? list
+  : Array.from({ length: most }, (_, i) => list[Math.floor(i * list.length / most)]));
+
+// The largest distance of two cameras, and the smallest of one from its nearest.
+function spansOf(centres) {
+  const all = centres.map((a) => centres.map((b) => distanceOf(a, b)));
+  const nearest = all.flatMap((row) => Math.min(...row.filter((x) => x > 0)));
+  return { largest: Math.max(...all.flat()), nearest: Math.min(...nearest) };
+}
+
+// How many times the ellipsoids of the cameras' centres are enlarged: 100, or another power of ten
+// if they would be larger than half of the rig or smaller than a hundredth. 0: there are none.
+export function enlargementOf(cameras) {
+  const axes = cameras.flatMap((camera) => camera.centre_axes_m ?? []);
+  const longest = Math.max(0, ...axes.map((axis) => Math.hypot(...axis)));
+  const { largest } = spansOf(cameras.map(centreOfCamera));
+  if (!(longest > 0) || !(largest > 0)) return 0;
+  let factor = ENLARGED;
+  while (factor > 1 && longest * factor > 0.5 * largest) factor /= 10;
+  while (factor < 1e6 && longest * factor < 0.01 * largest) factor *= 10;
+  return factor;
+}
+
+// The three ellipses in the planes of the axes.
+function ellipsoidItem(camera, factor) {
+  const centre = apply(UPRIGHT, centreOfCamera(camera));
+  const axes = camera.centre_axes_m.map((axis) => apply(UPRIGHT, axis.map((x) => factor * x)));
+  const ellipse = (a, b) => Array.from({ length: 32 }, (_, k) => centre.map((x, i) =>
+    x + Math.cos(Math.PI * k / 16) * a[i] + Math.sin(Math.PI * k / 16) * b[i]));
+  return { middle: centre, faces: [[0, 1], [1, 2], [2, 0]].map(([i, j]) => (
+    { points: ellipse(axes[i], axes[j]), closed: true, fill: "--vermilion-band",
+      stroke: "--vermilion", width: 1.2 })) };
+}
+
+// A rig with its cameras' ellipsoids; "alone" without the boards of its instants.
+export function buildRigScene(data, alone) {
+  const cameras = data.cameras.map((camera, index) => ({ camera, index }))
+    .filter(({ camera }) => camera.rig_from_camera);
+  const factor = enlargementOf(cameras.map(({ camera }) => camera));
+  const centres = cameras.map(({ camera }) => apply(UPRIGHT, centreOfCamera(camera)));
+  const used = (data.instants ?? []).filter((instant) => instant.rig_from_world);
+  const poses = alone ? [] : spread(used, MOST_BOARDS)
+    .map((instant) => compose(UPRIGHT, instant.rig_from_world));
+  const boards = poses.flatMap((pose) => boardPoints(data, pose));
+  const { largest, nearest } = spansOf(centres);
+  const { radius } = extentOf([...boards, ...centres]);
+  const depth = alone || !poses.length ? Math.min(0.3 * largest, 0.7 * nearest)
+    : Math.min(0.2 * radius, Math.max(0.07 * radius, 0.4 * nearest));
+  const pyramids = cameras.map(({ camera, index }) => cameraItem(
+    compose(UPRIGHT, camera.rig_from_camera), depth, camera.image_size, "--blue", index));
+  const corners = pyramids.flatMap((item) => item.faces.flatMap((face) => face.points));
+  return { ...extentOf([...boards, ...corners]), whole: true, items: [
+    ...pyramids,
+    ...cameras.filter(({ camera }) => factor && camera.centre_axes_m)
+      .map(({ camera }) => ellipsoidItem(camera, factor)),
+    ...poses.flatMap((pose) => data.boards.map((board) => boardItem(board,
+      compose(pose, board.world_from_board), poses.length === 1,
+      poses.length > 8 ? "--veil" : "--blue-band")))] };
+}
+
 // How far the cameras were from the middle of the nearest board and how much they were tilted
 // against it, in degrees.
 export function distancesAndTilts(data) {

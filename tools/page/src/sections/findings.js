@@ -48,11 +48,12 @@ const ofViews = (data) => (data.views ?? []).flatMap((view) => (view.findings ??
 export function findings(data) {
   const found = [...(data.findings ?? []), ...ofViews(data)];
   const notes = data.notes ?? [];
-  if (!found.length && !notes.length && !(isCalibration(data) && data.model)) return null;
+  const isChecked = data.kind === "rig" || (isCalibration(data) && data.model);
+  if (!found.length && !notes.length && !isChecked) return null;
   return section("findings", "Findings", { wide: true },
     found.length ? findingList(found)
-      : isCalibration(data) ? h("p", null, isNumber(data.seconds)
-        ? "No check of the data raised a warning." : "The file of the camera holds no warning.")
+      : isChecked ? h("p", null, isNumber(data.seconds)
+        ? "No check of the data raised a warning." : "The file holds no warning.")
         : null,
     data.halves?.sentence && !data.halves.disagree
       ? h("p", { class: "note" }, data.halves.sentence) : null,

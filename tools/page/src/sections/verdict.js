@@ -61,7 +61,27 @@ function poseTiles({ views }) {
   ].filter(Boolean);
 }
 
+// The rig in numbers; a pair that disagrees most says how well its cameras agree.
+function rigTiles(data) {
+  const { cameras = [], pairs = [], instants } = data;
+  const nameOf = (pair) => `${cameras[pair.a].name} \u2013 ${cameras[pair.b].name}`;
+  const rejected = instants?.filter(({ state }) => state === "rejected").length;
+  const worst = pairs.filter((pair) => isNumber(pair.disagreement_sd))
+    .sort((a, b) => b.disagreement_sd - a.disagreement_sd)[0];
+  return [
+    tile("Cameras", String(cameras.length),
+      isNumber(data.reference) ? `reference: ${cameras[data.reference].name}` : null),
+    isNumber(data.num_instants)
+      ? tile("Instants", `${data.num_instants} of ${data.num_paired}`,
+        rejected ? `${rejected} with rejected pictures` : "none rejected") : null,
+    isNumber(data.rms_px) ? tile("Residuals", px(data.rms_px), "RMS per corner") : null,
+    pairs.length === 1 ? tile("Baseline", plusMinus(pairs[0].baseline), nameOf(pairs[0])) : null,
+    worst ? tile("Largest disagreement", worst.disagreement, nameOf(worst)) : null,
+  ].filter(Boolean);
+}
+
 function tiles(data) {
+  if (data.kind === "rig") return rigTiles(data);
   if (data.kind === "poses" && data.views?.length) return poseTiles(data);
   const rejected = data.num_rejected ? `${count(data.num_rejected, "corner")} rejected` : null;
   return [
@@ -102,7 +122,7 @@ export function verdict(data) {
     shown.length ? h("dl", { class: "tiles" }, shown) : null);
 }
 
-const KINDS = { calibration: "Camera calibration", poses: "Camera poses",
+const KINDS = { calibration: "Camera calibration", rig: "Cameras on one body", poses: "Camera poses",
                 difference: "Difference of two calibrations" };
 const kindOf = (data) => KINDS[data.kind] ?? KINDS.calibration;
 

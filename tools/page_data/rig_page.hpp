@@ -1,0 +1,22 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "page_data/json_values.hpp"
+#include "tagcal/estimate/rig_types.hpp"
+#include "tagcal/io/types.hpp"
+
+namespace tagcal::tools {
+
+// A rig that was just calibrated, with or without an answer. `options`: of that calibration.
+PageJson rig_page(const RigDataset& data, const RigCalibration& answer, const RigOptions& options);
+
+// The rig of a file, which knows nothing of instants.
+PageJson rig_page(const CameraFile& file, const std::string& name);
+
+// The cameras of a file ("rig.yaml"), if it has several with their places. None for others, and for
+// files that cannot be read.
+std::optional<CameraFile> rig_in_file(const std::string& name);
+
+}  // namespace tagcal::tools
