@@ -382,5 +382,42 @@ TEST_F(RigFormats, RosPairsHaveAPlace) {
   EXPECT_LT(minus(from_first(pair, 1), expected).norm(), 1e-5);  // 6 decimals of R
 }
 
+// Both have the rectification of cv::stereoRectify, and the places are read back from ROS' files.
+TEST_F(RigFormats, PairsAreRectifiedForOpenCVAndRos) {
+  Random random(5);
+  CameraFile rig = random_rig(random, 2);
+  for (FileCamera& camera : rig.cameras) {
+    const double f = 400 + 10 * random.normal();
+    camera.calibration.camera.lens = Perspective({f, f + 1, 321, 239, 0, 0, 0, 0, 0});
+  }
+  const Pose right_from_left(exp_rotation({0.01, -0.02, 0.03}), {-0.11, 0.002, -0.003});
+  rig.cameras[1].camera_from_rig = right_from_left;
+  write_camera_file(folder_ / "stereo", rig, "opencv");
+  const cv::FileStorage in(path("stereo/intrinsics.yml"), cv::FileStorage::READ);
+  const cv::FileStorage ex(path("stereo/extrinsics.yml"), cv::FileStorage::READ);
+  const auto matrix = [](const cv::FileStorage& file, const char* key) {
+    cv::Mat value;
+    file[key] >> value;
+    return value;
+  };
+  cv::Mat r1, r2, p1, p2, q;
+  cv::stereoRectify(matrix(in, "M1"), matrix(in, "D1"), matrix(in, "M2"), matrix(in, "D2"),
+                    {640, 480}, matrix(ex, "R"), matrix(ex, "T"), r1, r2, p1, p2, q,
+                    cv::CALIB_ZERO_DISPARITY, 0);
+  for (const auto& [key, expected] : {std::pair{"R1", r1}, {"R2", r2}, {"P1", p1}, {"P2", p2}}) {
+    ASSERT_EQ(matrix(ex, key).size(), expected.size()) << key;
+    EXPECT_LT(cv::norm(matrix(ex, key), expected, cv::NORM_INF), 1e-8) << key;
+  }
+  write_camera_file(folder_ / "infos", rig, "ros");
+  const CameraFile back = read_camera_file(folder_ / "infos");
+  ASSERT_EQ(back.cameras.size(), 2U);
+  EXPECT_LT(minus(from_first(back, 1), right_from_left).norm(), 1e-12);
+
+  // Cameras that look at each other.
+  rig.cameras[1].camera_from_rig = Pose(exp_rotation({0, 3.14, 0}), {0, 0, 1});
+  const auto notes = write_camera_file(folder_ / "opposed", rig, "ros");
+  EXPECT_NE(notes.front().find("the pair is not rectified: "), std::string::npos) << notes.front();
+}
+
 }  // namespace
 }  // namespace tagcal

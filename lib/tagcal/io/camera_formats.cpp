@@ -138,7 +138,8 @@ constexpr FormatRow kRows[] = {
                            "`rostopic echo` are read too",
                 .lenses = "plumb_bob, rational_polynomial, equidistant",
                 .file = "camera_info.yaml",
-                .each = "{}.yaml"},
+                .each = "{}.yaml",
+                .rectified = true},
      .key = "distortion_model",
      .readers = {{{.has_text = is_ros_ini,
                    .read =

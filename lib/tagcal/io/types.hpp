@@ -51,6 +51,12 @@ struct FileCamera {
   std::optional<std::vector<std::size_t>> overlaps = std::nullopt;
   // Kalibr's timeshift_cam_imu: a stamp of the IMU less that of a picture of the same time.
   std::optional<double> imu_time_shift_s = std::nullopt;
+  // Of a stereo pair, to be written: R (rectified_from_camera) and P as those of cv::stereoRectify.
+  struct Rectification {
+    Eigen::Matrix<double, 3, 3, Eigen::DontAlign> rotation;
+    Eigen::Matrix<double, 3, 4, Eigen::DontAlign> projection;
+  };
+  std::optional<Rectification> rectification = std::nullopt;
 };
 
 // Where a camera was when it took a picture.
@@ -74,6 +80,7 @@ struct CameraFormat {
   // Of a format with one file a camera: the names of the files of several cameras in a folder, {}
   // for the name of a camera. "": the format has no such folders.
   std::string_view each = "";
+  bool rectified = false;  // two of those hold the rectification of the pair
 };
 
 struct CameraFile {

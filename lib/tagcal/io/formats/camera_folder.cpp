@@ -6,6 +6,7 @@
 #include <map>
 
 #include "tagcal/error.hpp"
+#include "tagcal/io/formats/pair_rectification.hpp"
 #include "tagcal/io/text/limits.hpp"
 #include "tagcal/io/text/number_text.hpp"
 #include "tagcal/io/text_file.hpp"
@@ -93,10 +94,15 @@ std::optional<CameraFile> read_camera_folder(const fs::path& folder, const Forma
   return all;
 }
 
-FormatOutput write_camera_folder(const CameraFile& file, const FormatRow& row,
+FormatOutput write_camera_folder(const CameraFile& given, const FormatRow& row,
                                  const fs::path& folder) {
   std::map<std::string, fs::path> others = files_of_cameras(folder, row);
+  CameraFile file = given;
   FormatOutput output;
+  if (row.format.rectified) {
+    set_rectification(file);
+    output.notes.assign(file.notes.begin() + std::ssize(given.notes), file.notes.end());
+  }
   for (std::size_t i = 0; i < file.cameras.size(); ++i) {
     const std::string name = camera_name(file, i);
     need_file_name(name);

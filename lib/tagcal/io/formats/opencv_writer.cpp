@@ -3,6 +3,7 @@
 #include "tagcal/error.hpp"
 #include "tagcal/io/formats/number_format.hpp"
 #include "tagcal/io/formats/opencv_format.hpp"
+#include "tagcal/io/formats/pair_rectification.hpp"
 #include "tagcal/io/text/number_text.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
 
@@ -149,10 +150,18 @@ void add_pair_extrinsics(Storage& storage, const CameraFile& file) {
   if (fundamental(2, 2) != 0) fundamental /= fundamental(2, 2);
   storage.matrix("E", essential);
   storage.matrix("F", fundamental);
+  if (!left.rectification) return;
+  storage.matrix("R1", left.rectification->rotation);
+  storage.matrix("R2", right.rectification->rotation);
+  storage.matrix("P1", left.rectification->projection);
+  storage.matrix("P2", right.rectification->projection);
 }
 
-FormatOutput write_pair(const CameraFile& file, StorageKind kind, bool as_folder) {
+FormatOutput write_pair(const CameraFile& given, StorageKind kind, bool as_folder) {
+  CameraFile file = given;
+  set_rectification(file);
   FormatOutput output;
+  output.notes.assign(file.notes.begin() + std::ssize(given.notes), file.notes.end());
   Storage storage = pair_intrinsics(file, kind), own(kind);
   if (file.cameras[0].camera_from_rig && file.cameras[1].camera_from_rig)
     add_pair_extrinsics(as_folder ? own : storage, file);
@@ -205,8 +214,13 @@ FormatOutput write_ros(const CameraFile& file) {
                             : k.size() == 8 ? "rational_polynomial"
                                             : "plumb_bob";
   const double camera_values[] = {p[0], 0, p[2], 0, p[1], p[3], 0, 0, 1};
-  const double rectification[] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-  const double projection[] = {p[0], 0, p[2], 0, 0, p[1], p[3], 0, 0, 0, 1, 0};
+  Eigen::Matrix<double, 3, 3, Eigen::RowMajor> rectification = Eigen::Matrix3d::Identity();
+  Eigen::Matrix<double, 3, 4, Eigen::RowMajor> projection;
+  projection << p[0], 0, p[2], 0, 0, p[1], p[3], 0, 0, 0, 1, 0;
+  if (camera.rectification) {
+    rectification = camera.rectification->rotation;
+    projection = camera.rectification->projection;
+  }
   FormatOutput output;
   output.files = {{"", fmt::format("image_width: {}\nimage_height: {}\ncamera_name: {}\n"
                                    "camera_matrix:\n  rows: 3\n  cols: 3\n  data: {}\n"
@@ -217,11 +231,14 @@ FormatOutput write_ros(const CameraFile& file) {
                                    c.image_size.width, c.image_size.height,
                                    text_yaml(camera.name.empty() ? "camera" : camera.name),
                                    dotted_list(camera_values), model, k.size(), dotted_list(k),
-                                   dotted_list(rectification), dotted_list(projection))}};
-  output.notes.emplace_back(
-      "the rectification is the identity, the projection that of the camera matrix");
+                                   dotted_list(std::span(rectification.data(), 9)),
+                                   dotted_list(std::span(projection.data(), 12)))}};
+  if (!camera.rectification) {
+    output.notes.emplace_back(
+        "the rectification is the identity, the projection that of the camera matrix");
+    note_no_rig(file, output.notes);
+  }
   note_no_uncertainty(file, output.notes);
-  note_no_rig(file, output.notes);
   note_no_poses(file, output.notes);
   return output;
 }
