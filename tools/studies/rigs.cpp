@@ -184,7 +184,7 @@ double nees_of_rows(const RigProblem& problem, const RigCalibration& answer, Ran
     }
     const auto rows = is_seen ? vertical_disparity(known, pair, seen) : std::nullopt;
     if (!rows) continue;
-    sum += std::pow(rows->difference_px / rows->sigma_px, 2);
+    sum += std::pow(rows->difference_px / rows->sigma_of_rig_px, 2);
     ++count;
   }
   return count > 0 ? sum / count : std::nan("");

@@ -37,8 +37,8 @@ inline constexpr double kCylinderLatitude = 60 * std::numbers::pi / 180;
 inline constexpr double kFanHeight = 100 * std::numbers::pi / 180;
 
 // Rectification. The optical axis of each camera is at most this far from the direction in which
-// both rectified cameras look: beyond it, a part of the picture of a usual lens (60 degrees wide) is
-// behind it.
+// both rectified cameras look: beyond it, a part of the picture of a usual lens, 60 degrees wide,
+// is behind it.
 inline constexpr double kMostRectifiedTurn = 60 * std::numbers::pi / 180;
 // The focal length of rectified pinholes is at most this many times that of the cameras, and at
 // least the same part of it.
