@@ -38,8 +38,8 @@ function row(data, camera, index, places) {
 function rejectedText(data) {
   const names = data.instants.filter(({ state }) => state === "rejected")
     .map(({ name, num_used: used, cameras }) => `${name} (${used} of ${cameras.length} used)`);
-  if (!names.length) return "Here none do.";
-  return `These do: ${names.slice(0, NAMED).join("; ")}${names.length > NAMED ? "; .." : ""}.`;
+  if (!names.length) return "No instant does here.";
+  return `Here these do: ${names.slice(0, NAMED).join("; ")}${names.length > NAMED ? "; .." : ""}.`;
 }
 
 export function rigTimeline(data) {
@@ -54,8 +54,8 @@ export function rigTimeline(data) {
     read: "one row a camera, one mark for each of its pictures with the board" +
       (hasTimes ? ", at its time" : ", in order") + ". Where marks are " +
       "strong and long, pictures of one instant contradict one another, and not all are used: the " +
-      "board moved, or one belongs to another instant. Unused ones connect no two cameras. " +
-      `${rejectedText(data)} ` + (data.clocks?.length
+      `board moved, or one belongs to another instant. ${rejectedText(data)} ` +
+      (number("unused") ? "Unused instants connect no two cameras. " : "") + (data.clocks?.length
         ? "An offset beside a name is how much later that camera took its pictures." : ""),
   }, data.cameras.map((camera, index) => row(data, camera, index, places)),
   h("div", { class: "timeline-row" }, h("span", { class: "timeline-name note" },
