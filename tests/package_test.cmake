@@ -54,7 +54,7 @@ check_matches("Depends" "${output}" libc6 libapriltag libopencv-core libopencv-c
               libcairo2 libyaml-cpp libfmt libpng libjpeg libtiff libwebp libdeflate libgoogle-glog)
 set(depends "${output}")
 run("Recommends" dpkg-deb --field ${deb} Recommends)
-check_matches("Recommends" "${output}" libceres-dev libopencv-dev libeigen3-dev)
+check_matches("Recommends" "${output}" libceres-dev libopencv-dev libeigen3-dev libheif1 libavformat libswscale)
 run("Description" dpkg-deb --field ${deb} Description)
 check_matches("Description" "${output}" "^camera calibration")
 

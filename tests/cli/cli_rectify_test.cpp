@@ -78,7 +78,9 @@ TEST_F(CliRectify, TwoFoldersBecomeRectifiedPairs) {
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 4; ++j) {
         EXPECT_NEAR(p.at<double>(i, j), expected(i, j), 1e-9);
-        if (j < 3) EXPECT_NEAR(r.at<double>(i, j), turn(i, j), 1e-12);
+        if (j < 3) {
+          EXPECT_NEAR(r.at<double>(i, j), turn(i, j), 1e-12);
+        }
       }
   }
   cv::Mat q;
