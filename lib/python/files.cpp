@@ -5,10 +5,12 @@
 #include <pybind11/stl/filesystem.h>
 
 #include <optional>
+#include <utility>
 #include <variant>
 
 #include "python/arrays.hpp"
 #include "python/bindings.hpp"
+#include "python/records.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/internal/text.hpp"
 #include "tagcal/io/image_file.hpp"
@@ -124,15 +126,14 @@ void bind_picture_files(py::module_& m) {
         "(width, height) of the picture that read_image returns, from the file's header.");
   m.def("list_pictures", &pictures_of_folder, py::arg("folder"),
         "The paths of a folder's pictures, by the ends of their names, sorted by name.");
-  py::class_<Video>(m, "Video", "What a video says of its frames; `read_video`.")
-      .def_property_readonly(
-          "image_size", [](const Video& v) { return py::make_tuple(v.size.width, v.size.height); },
+  Record<Video>(m, "Video", "What a video says of its frames; `read_video`.")
+      .field(
+          "image_size", [](const Video& v) { return std::pair(v.size.width, v.size.height); },
           "(width, height) of a frame, turned as the video says.")
-      .def_readonly("times_s", &Video::times_s, "Of each frame, from the first one on.")
-      .def_readonly("is_interlaced", &Video::is_interlaced,
-                    "Odd and even rows were taken at different times.")
-      .def_readonly("is_uneven", &Video::is_uneven,
-                    "Frames do not follow one another at equal times.");
+      .field("times_s", &Video::times_s, "Of each frame, from the first one on.")
+      .field("is_interlaced", &Video::is_interlaced,
+             "Odd and even rows were taken at different times.")
+      .field("is_uneven", &Video::is_uneven, "Frames do not follow one another at equal times.");
   m.def("read_video", &read_video, py::arg("file"), py::call_guard<py::gil_scoped_release>(),
         "The size and the times of a video's frames (MP4, MOV, AVI, Matroska, WebM, MJPEG). Frame "
         "123 is the picture \"clip.mp4@000123\" for all functions that take files.");

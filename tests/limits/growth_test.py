@@ -26,9 +26,10 @@ POSE = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 2], [0, 0, 0, 1]]
 
 
 def kalibr(folder, count):
+    same = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
     (folder / "chain.yaml").write_text("".join(
         f"cam{i}: {{camera_model: pinhole, intrinsics: [500, 500, 320, 240], distortion_model: none, "
-        f"resolution: [640, 480]{', T_cn_cnm1: ' + str(POSE) if i else ''}}}\n" for i in range(count)))
+        f"resolution: [640, 480]{', T_cn_cnm1: ' + str(same) if i else ''}}}\n" for i in range(count)))
     return ["convert", "chain.yaml", "out.yaml", "--to", "kalibr"]
 
 

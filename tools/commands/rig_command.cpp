@@ -192,9 +192,7 @@ Command add_rig(CLI::App& app) {
   add_flag(*command, "--json", arguments->json, "one JSON object on stdout");
   add_threads(*command, arguments->threads);
   add_footer(*command,
-             "Example: tagcal rig left right --target board.yaml --out rig.yaml\n"
-             "         tagcal rig stereo --cameras fixed --camera left=l.yaml \\\n"
-             "                           --camera right=r.yaml");
+             "Example: tagcal rig left right --target board.yaml --out rig.yaml");
   return {command, [arguments] { return run(*arguments); }};
 }
 
