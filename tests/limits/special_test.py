@@ -63,6 +63,9 @@ INPUTS = {
                                   "--out {out}",
     ("reproject", "--target"): "reproject photo.png --camera camera.yaml --plane --target {file} "
                                "--m-per-px 0.001 --out {out}",
+    ("reproject", "rig"): "reproject photo.png other.png --camera {file} --cameras cam0,cam1 --rectify {out}",
+    ("triangulate", ""): "triangulate {file} --camera chain.yaml --out {out}.csv",
+    ("triangulate", "--camera"): "triangulate pixels_of_rig.csv --camera {file} --out {out}.csv",
     ("project", ""): "project {file} --camera camera.yaml",
     ("project", "--camera"): "project points.csv --camera {file}",
     ("unproject", ""): "unproject {file} --camera camera.yaml",
@@ -98,6 +101,9 @@ OUTPUTS = {
     ("convert", "--picture"): "convert camera.yaml {out}.yaml --to tagcal --model radial2 --picture "
                               "{file}.svg",
     ("reproject", "--out"): "reproject photo.png --camera camera.yaml --undistort all --out {file}",
+    ("reproject", "--rectify"): "reproject photo.png other.png --camera chain.yaml --cameras cam0,cam1 "
+                                "--rectify {file}",
+    ("triangulate", "--out"): "triangulate pixels_of_rig.csv --camera chain.yaml --out {file}",
     ("project", "--out"): "project points.csv --camera camera.yaml --out {file}",
     ("unproject", "--out"): "unproject pixels.csv --camera camera.yaml --out {file}",
     ("completion", "--share"): "completion --share {file}",
@@ -205,11 +211,25 @@ def uncovered(folder):
     return missing
 
 
+def add_rig(shop):
+    """Two cameras like that of the workshop, and a point that both see."""
+    (shop / "other.png").write_bytes((shop / "photo.png").read_bytes())
+    text = (shop / "camera.yaml").read_text()
+    width, height = (int(re.search(f"image_{side}: (\\d+)", text).group(1)) for side in ("width", "height"))
+    place = "T_cn_cnm1: [[1, 0, 0, -0.1], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]"
+    (shop / "chain.yaml").write_text("".join(
+        f"cam{i}: {{camera_model: pinhole, intrinsics: [{width}, {width}, {width / 2}, {height / 2}], "
+        f"distortion_model: none, resolution: [{width}, {height}]{', ' + place if i else ''}}}\n"
+        for i in range(2)))
+    (shop / "pixels_of_rig.csv").write_text("point,camera,u_px,v_px\np,cam0,100,100\np,cam1,90,100\n")
+
+
 def main(every):
     with tempfile.TemporaryDirectory() as temporary:
         shop = trial.workshop(temporary)
         (shop / "new").mkdir()
         (shop / "set2").symlink_to("set")
+        add_rig(shop)
         shop.chmod(0o755)
         trials = [(check, kind, line) for check, lines in ((check_input, INPUTS),
                                                            (check_output, OUTPUTS),
