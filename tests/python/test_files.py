@@ -1,6 +1,8 @@
 """Files of every format: round trips, OpenCV as a witness, and what wrong files say."""
 
 import os
+import shutil
+import subprocess
 import warnings
 from pathlib import Path
 
@@ -299,3 +301,20 @@ def test_files_that_are_none_are_named(tmp_path: Path, read: object) -> None:
 def test_wrong_arguments(call: object, message: str) -> None:
     with pytest.raises(tagcal.Error, match=message):
         call()  # type: ignore[operator]
+
+
+@pytest.mark.skipif(shutil.which("ffmpeg") is None, reason="needs ffmpeg")
+def test_frames_of_a_video_are_pictures(tmp_path: Path) -> None:
+    pictures = [np.full((48, 64), 20 * i, np.uint8) for i in range(6)]
+    for i, picture in enumerate(pictures):
+        tagcal.write_picture(tmp_path / f"{i}.png", picture)
+    clip = tmp_path / "clip.mkv"
+    subprocess.run(["ffmpeg", "-loglevel", "error", "-framerate", "10", "-i", str(tmp_path / "%d.png"),
+                    "-c:v", "ffv1", "-pix_fmt", "gray", str(clip)], check=True)
+    video = tagcal.read_video(clip)
+    assert video.image_size == (64, 48)
+    assert np.allclose(video.times_s, np.arange(6) / 10)
+    for i, picture in enumerate(pictures):
+        assert np.array_equal(tagcal.read_image(f"{clip}@{i:06}"), picture)
+    with pytest.raises(tagcal.Error, match="has 6 frames"):
+        tagcal.read_image(f"{clip}@000006")
