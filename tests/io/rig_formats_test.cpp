@@ -405,8 +405,11 @@ TEST_F(RigFormats, PairsAreRectifiedForOpenCVAndRos) {
                     {640, 480}, matrix(ex, "R"), matrix(ex, "T"), r1, r2, p1, p2, q,
                     cv::CALIB_ZERO_DISPARITY, 0);
   // OpenCV takes the border of `alpha` one pixel too far (rectify_test).
-  for (const auto& [key, expected, tolerance] :
-       {std::tuple{"R1", r1, 1e-8}, {"R2", r2, 1e-8}, {"P1", p1, 0.3}, {"P2", p2, 0.3}}) {
+  for (const auto& [key, expected, tolerance] : {std::tuple{"R1", r1, 1e-8},
+                                                 {"R2", r2, 1e-8},
+                                                 {"P1", p1, 0.3},
+                                                 {"P2", p2, 0.3},
+                                                 {"Q", q, 0.3}}) {
     ASSERT_EQ(matrix(ex, key).size(), expected.size()) << key;
     EXPECT_LT(cv::norm(matrix(ex, key), expected, cv::NORM_INF), tolerance) << key;
   }

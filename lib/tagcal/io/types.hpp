@@ -51,10 +51,11 @@ struct FileCamera {
   std::optional<std::vector<std::size_t>> overlaps = std::nullopt;
   // Kalibr's timeshift_cam_imu: a stamp of the IMU less that of a picture of the same time.
   std::optional<double> imu_time_shift_s = std::nullopt;
-  // Of a stereo pair, to be written: R (rectified_from_camera) and P as those of cv::stereoRectify.
+  // Of a stereo pair, to be written: R (rectified_from_camera), P and Q as of cv::stereoRectify.
   struct Rectification {
     Eigen::Matrix<double, 3, 3, Eigen::DontAlign> rotation;
     Eigen::Matrix<double, 3, 4, Eigen::DontAlign> projection;
+    Eigen::Matrix<double, 4, 4, Eigen::DontAlign> disparity_to_depth;
   };
   std::optional<Rectification> rectification = std::nullopt;
 };

@@ -155,6 +155,7 @@ void add_pair_extrinsics(Storage& storage, const CameraFile& file) {
   storage.matrix("R2", right.rectification->rotation);
   storage.matrix("P1", left.rectification->projection);
   storage.matrix("P2", right.rectification->projection);
+  storage.matrix("Q", left.rectification->disparity_to_depth);
 }
 
 FormatOutput write_pair(const CameraFile& given, StorageKind kind, bool as_folder) {

@@ -16,8 +16,9 @@ void set_rectification(CameraFile& file) {
   try {
     const RectifiedPair pair = rectify(rig, 0, 1, {.alpha = 0});
     for (std::size_t k = 0; k < 2; ++k)
-      file.cameras[k].rectification = FileCamera::Rectification{
-          pair.camera_from_rectified[k].rotation_matrix().transpose(), projection_matrix(pair, k)};
+      file.cameras[k].rectification =
+          FileCamera::Rectification{pair.camera_from_rectified[k].rotation_matrix().transpose(),
+                                    projection_matrix(pair, k), disparity_to_depth(pair)};
   } catch (const Error& error) {
     file.notes.push_back(std::string("the pair is not rectified: ") + error.what());
   }
