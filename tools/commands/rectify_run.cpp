@@ -150,7 +150,7 @@ class RectifyRun {
           new_pictures(picture_files({arguments_.images[k]}), camera(k), arguments_.camera);
       cameras[k].name = names_[k];
       for (const fs::path& file : pictures_[k].files)
-        cameras[k].data.views.push_back({file.filename().string(), {}});
+        cameras[k].data.views.push_back({picture_name(file), {}});
     }
     const bool are_single = pictures_[0].files.size() == 1 && pictures_[1].files.size() == 1;
     for (const Instant& instant : are_single ? pair_by_index(cameras) : pair_by_name(cameras))
@@ -214,8 +214,8 @@ class RectifyRun {
     }
     DisparityOfCorners sum;
     for (const auto& pair : pairs_) {
-      const View& first = views[0][pictures_[0].files[pair[0]].filename().string()];
-      const View& second = views[1][pictures_[1].files[pair[1]].filename().string()];
+      const View& first = views[0][picture_name(pictures_[0].files[pair[0]])];
+      const View& second = views[1][picture_name(pictures_[1].files[pair[1]])];
       const int before = sum.num_corners;
       for (const Observation& a : first.observations)
         for (const Observation& b : second.observations)

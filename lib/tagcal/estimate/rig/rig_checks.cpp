@@ -244,10 +244,12 @@ std::optional<ClockFit> fit_clock(const RigState& state, std::size_t camera,
     const auto by_offset = [&](std::size_t i) {
       return Vector6d(offset * views.columns[i].rightCols<1>());
     };
-    const auto move = camera_move(state, camera, trajectory, connected);
+    const auto is_rather_a_move = [&] {
+      const auto move = camera_move(state, camera, trajectory, connected);
+      return move && move->rest < fit.rest() / freedom;
+    };
     const bool is_off = problem.score_of(place, offset) > policy::kOutlierSigmas &&
-                        is_visible(state, camera, views.all, by_offset) &&
-                        !(move && move->rest < fit.rest() / freedom);
+                        is_visible(state, camera, views.all, by_offset) && !is_rather_a_move();
     return ClockFit{{camera, offset, sigma, state.has_stamps}, place, is_off};
   }
   return std::nullopt;

@@ -8,7 +8,7 @@
 namespace tagcal::internal {
 
 // The world in the rig at a time between instants, and its motion there (as a step of `retract` in
-// the unit of RigState::time): by the polynomial through the two to six neighbouring instants, at
+// the unit of RigState::time): by the polynomial through three to six neighbouring instants, at
 // most three on a side, that follow one another without one that has no sight, or a gap longer than
 // policy::kLongestGap. No value with less than three, or outside of them.
 struct MovingSight {

@@ -49,17 +49,17 @@ std::vector<double> whole_offsets(const RigState& state, const RigStart& start) 
 // The clocks against that of the reference, from offsets near by (of all cameras).
 std::vector<ClockFit> fit_clocks(const RigState& state, const RigStart& start,
                                  const std::vector<double>& near_by) {
+  Connected reference = start.connected;
+  reference.cameras.assign(state.cameras.size(), 0);
+  reference.cameras[state.poses.reference] = 1;
+  const Trajectory by_reference = trajectory_of(state, reference);
   std::vector<ClockFit> clocks;
   for (std::size_t c = 0; c < state.cameras.size(); ++c) {
     if (!start.has(c) || c == state.poses.reference) continue;
-    Connected rest = start.connected;
-    rest.cameras.assign(state.cameras.size(), 0);
-    rest.cameras[state.poses.reference] = 1;
-    Trajectory trajectory = trajectory_of(state, rest);
-    if (clues_of_camera(state, c, world_of_instants(state, c, trajectory), rest).empty()) {
-      rest = without(start.connected, c);
-      trajectory = trajectory_of(state, rest);
-    }
+    const bool meets_reference =
+        !clues_of_camera(state, c, world_of_instants(state, c, by_reference), reference).empty();
+    const Connected rest = meets_reference ? reference : without(start.connected, c);
+    const Trajectory trajectory = meets_reference ? by_reference : trajectory_of(state, rest);
     const auto shift = std::ranges::find(start.shifts, c, &InstantShift::camera);
     const Pose& place =
         shift == start.shifts.end() ? state.poses.camera_from_rig[c] : shift->camera_from_rig;
