@@ -8,6 +8,7 @@
 
 #include "job/input.hpp"
 #include "job/messages.hpp"
+#include "job/picture_files.hpp"
 #include "job/plane_poses.hpp"
 #include "job/progress.hpp"
 #include "tagcal/error.hpp"
@@ -64,9 +65,9 @@ NewPictures new_pictures(const std::vector<fs::path>& files, const Camera& camer
       throw Error(fmt::format("{}: must be {}x{} pixels as {} says, got {}x{}", file.string(),
                               camera.image_size.width, camera.image_size.height, camera_file,
                               size.width, size.height));
-    std::string name = file.stem().string() + ".png";
-    for (int i = 2; !used.insert(name).second; ++i)
-      name = fmt::format("{}-{}.png", file.stem().string(), i);
+    const std::string stem = fs::path(picture_name(file)).stem().string();
+    std::string name = stem + ".png";
+    for (int i = 2; !used.insert(name).second; ++i) name = fmt::format("{}-{}.png", stem, i);
     pictures.files.push_back(file);
     pictures.names.push_back(name);
   }

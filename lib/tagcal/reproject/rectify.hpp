@@ -41,7 +41,7 @@ struct RectifiedPair {
 // axis of the pinhole, are moved to there. The pictures have the size of the first camera's.
 //
 // Throws Error for alpha outside [0, 1] or with longlat, a camera that the rig does not have, one
-// camera twice, a parallel lens, centres at one place, a camera that looks more than 75 degrees
+// camera twice, a parallel lens, centres at one place, a camera that looks more than 60 degrees
 // away from the rectified direction (one of two that look at each other, or one before the other),
 // a focal length that is not positive or ten times off the cameras', and pictures without a common
 // point.
