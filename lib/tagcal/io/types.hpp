@@ -98,7 +98,7 @@ struct CameraFile {
   std::vector<Finding> findings = {};  // of a rig; those of a camera are in its calibration
 };
 
-// What a video says of its frames (video_file.hpp).
+// The frames of a video (video_file.hpp).
 struct Video {
   ImageSize size;               // of a frame, turned as the video says
   std::vector<double> times_s;  // of the frames as they are shown, from the first one on

@@ -34,7 +34,7 @@ std::filesystem::path frame_path(const std::filesystem::path& video, std::size_t
 }
 
 std::optional<VideoFrame> frame_of(const std::filesystem::path& path) {
-  constexpr std::size_t kDigits = 6;
+  constexpr std::size_t kDigits = 6;  // numeric: at least, as frame_path writes them
   const std::string text = path.string();
   const std::size_t at = text.rfind('@');
   if (at == std::string::npos || text.size() - at - 1 < kDigits) return std::nullopt;

@@ -36,7 +36,7 @@ inline constexpr std::size_t kMaxVignettingTerms = 10;
 inline constexpr std::uintmax_t kMaxPictureBytes = std::uintmax_t{1} << 30;
 inline constexpr std::int64_t kMaxPixels = 100'000'000;
 
-inline constexpr std::size_t kMaxVideoFrames = 1'000'000;
+inline constexpr std::size_t kMaxVideoFrames = 1'000'000;  // nine hours at 30 Hz
 
 // Pixels for one byte of a file, from kMaxPixelsOfFewBytes on. Deflate makes at most 1032 bytes of
 // one (zlib's technical note), JPEG 256 pixels (two bits for a block of 64); WebP, CCITT and
