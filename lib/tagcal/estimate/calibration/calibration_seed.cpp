@@ -10,6 +10,7 @@
 #include <span>
 
 #include "tagcal/camera/kernels/parameter_index.hpp"
+#include "tagcal/estimate/bundle/lens_prior.hpp"
 #include "tagcal/estimate/calibration/projective_lmeds.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/internal/parallel.hpp"
@@ -181,32 +182,39 @@ std::vector<double> focal_grid(double extent, double most) {
   return grid;
 }
 
-// The undistorted lens that fits the views best. Models with radial distortion also try an
-// equidistant fisheye: under strong barrel distortion a pinhole of a much longer focal length fits,
-// and the solver does not leave that minimum.
+// -2 log of the likelihood of the views times the lens' prior. The residuals are mostly of the
+// distortion that is not in the lens yet, and are alike within a view: each view counts once.
+double start_score(const Model& model, const ImageSize& size, const std::vector<SeedView>& seeds,
+                   const Lens& lens) {
+  const double worst = std::max(size.width, size.height);
+  const double views = static_cast<double>(seeds.size());
+  return 2 * views * std::log(sum_of_rms_px(seeds, lens, worst)) +
+         lens_prior(model, model.free_values(lens), size).residuals.squaredNorm();
+}
+
+// The undistorted lens that is the most probable one. Views from the front hardly depend on the
+// focal length, so the prior keeps it where the solver needs few steps. Models with radial
+// distortion also try an equidistant fisheye: under strong barrel distortion a pinhole of a much
+// longer focal length fits, and the solver does not leave that minimum.
 Lens search_lens(const Model& model, const ImageSize& size, const std::vector<SeedView>& seeds,
                  double nominal) {
   const bool is_wide = model.kind().reaches_behind;
   const double extent = std::max(size.width, size.height);
-  const Model& equidistant = model.sibling(kind_of<Fisheye>(), ModelRole::largest);
-  std::vector<Lens> candidates;
-  for (const double f : focal_grid(extent, is_wide ? 3 : 15))
-    candidates.push_back(plain_lens(model, size, f));
-  if (!is_wide) {
-    const auto f = closed_form_focal(seeds, plain_lens(model, size, nominal), nominal);
-    constexpr double kShortest = 0.05, kLongest = 1000;  // numeric: of a closed form that ends
-    if (f && *f > kShortest * extent && *f < kLongest * extent)
-      candidates.push_back(plain_lens(model, size, *f));
-    if (has_radial_distortion(model))
-      for (const double g : focal_grid(extent, 3))
-        candidates.push_back(plain_lens(equidistant, size, g));
-  }
   Lens best = plain_lens(model, size, nominal);
-  double best_rms = std::numeric_limits<double>::infinity();
-  for (const Lens& lens : candidates) {
-    const double rms = sum_of_rms_px(seeds, lens, extent);
-    if (rms < best_rms) std::tie(best, best_rms) = std::pair(lens, rms);
-  }
+  double least = std::numeric_limits<double>::infinity();
+  const auto try_focal = [&](const Model& tried, double f) {
+    const Lens lens = plain_lens(tried, size, f);
+    const double score = start_score(tried, size, seeds, lens);
+    if (score < least) std::tie(best, least) = std::pair(lens, score);
+  };
+  for (const double f : focal_grid(extent, is_wide ? 3 : 15)) try_focal(model, f);
+  if (is_wide) return best;
+  const auto f = closed_form_focal(seeds, plain_lens(model, size, nominal), nominal);
+  constexpr double kShortest = 0.05, kLongest = 1000;  // numeric: of a closed form that ends
+  if (f && *f > kShortest * extent && *f < kLongest * extent) try_focal(model, *f);
+  if (has_radial_distortion(model))
+    for (const double g : focal_grid(extent, 3))
+      try_focal(model.sibling(kind_of<Fisheye>(), ModelRole::largest), g);
   return best;
 }
 
