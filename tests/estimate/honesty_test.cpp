@@ -91,6 +91,31 @@ TEST(Honesty, NearlyFrontalViewsStartAtAUsualFocalLength) {
   }
 }
 
+// A claim is made at a minimum: solvers that run out of iterations on the way along a valley go on.
+TEST(Honesty, AFarStartWithFewIterationsGivesTheSameClaim) {
+  WorldOptions options;
+  options.num_views = 15;
+  options.sigma_px = 0.005;
+  options.max_tilt_deg = 1;
+  options.min_distance_m = 0.45;
+  options.max_distance_m = 0.7;
+  const Lens lens = Perspective({900, 900, 644, 396, 0.09, -0.22, 6e-4, -4e-4, 0.13});
+  for (int seed = 1; seed <= 3; ++seed) {
+    const Dataset dataset = make_world(lens, seed, options);
+    const Calibration usual = calibrate(dataset, with_model("opencv5"));
+    CalibrateOptions far = with_model("opencv5");
+    far.start_focal_px = 180;
+    far.max_iterations = 10;
+    const Calibration c = calibrate(dataset, far);
+    ASSERT_EQ(c.status, usual.status) << seed;
+    ASSERT_TRUE(is_answer(c.status)) << seed;
+    EXPECT_NEAR(parameters(c.camera->lens)[0], parameters(usual.camera->lens)[0],
+                0.02 * usual.sigmas[0])
+        << seed;
+    EXPECT_NEAR(c.sigmas[0], usual.sigmas[0], 0.01 * usual.sigmas[0]) << seed;
+  }
+}
+
 TEST(Honesty, OnePoseSeenTenTimesIsHardlyMore) {
   WorldOptions options;
   options.num_views = 1;

@@ -86,7 +86,6 @@ std::vector<ModelStep> with_weak(std::vector<ModelStep> steps, bool is_taken) {
 Calibration calibrate_input(CalibrationInput& input, const CalibrateOptions& options) {
   std::optional<ModelChoice> solved = fit_robustly(input, options);
   if (!solved) return no_answer(input, is_auto(options) ? "" : options.model);
-  continue_until_converged(solved->fit.bundle, solved->fit.summary, options.max_iterations);
   const Solution solution{&input, &solved->fit, &options, &*solved, {}};
   Calibration c = report(solution, gather_evidence(solution));
   const bool is_weak_taken = is_auto(options) && c.status == Status::focal_not_observable;

@@ -89,18 +89,19 @@ Observability observability(const Bundle& bundle, const Model& model,
   return result;
 }
 
-void continue_until_converged(Bundle& bundle, BundleSummary& summary, int max_iterations) {
+BundleSummary solve_until_converged(Bundle& bundle, int max_iterations, std::size_t num_threads) {
   constexpr int kMaxRounds = 10;
   constexpr double kStationary = 0.01;  // numeric: corners move by a tenth of their deviation
   const double k = bundle.num_parameters(), freedom = std::max(1, degrees_of_freedom(bundle));
+  BundleSummary summary = solve(bundle, max_iterations, num_threads);
   for (int round = 0; round < kMaxRounds && !summary.converged; ++round) {
-    const BundleSummary more = solve(bundle, max_iterations);
+    BundleSummary more = solve(bundle, max_iterations, num_threads);
     const double decrease = summary.cost + summary.prior - more.cost - more.prior;
-    const int iterations = summary.num_iterations + more.num_iterations;
+    more.num_iterations += summary.num_iterations;
+    more.converged |= decrease < kStationary * k * more.cost / freedom;
     summary = more;
-    summary.num_iterations = iterations;
-    summary.converged |= decrease < kStationary * k * more.cost / freedom;
   }
+  return summary;
 }
 
 SeenRegion seen_region(const Bundle& bundle) {

@@ -23,11 +23,11 @@ struct Observability {
 Observability observability(const Bundle& bundle, const Model& model,
                             const Eigen::MatrixXd& covariance);
 
-// Continues a bundle whose solver ran out of iterations, in rounds of `max_iterations`, until the
+// `solve`, and where it runs out of iterations, further rounds of `max_iterations`, until the
 // solver converges, or until a round lowers the cost by less than a hundredth of the noise's
 // variance for each parameter: along correlated coefficients the cost has a long flat valley in
 // which no corner moves. `converged` is true then, too.
-void continue_until_converged(Bundle& bundle, BundleSummary& summary, int max_iterations);
+BundleSummary solve_until_converged(Bundle& bundle, int max_iterations, std::size_t num_threads);
 
 SeenRegion seen_region(const Bundle& bundle);
 double median_distance_m(const Bundle& bundle);  // from the camera to the corners

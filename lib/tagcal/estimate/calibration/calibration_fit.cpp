@@ -101,7 +101,8 @@ void solve_robustly(BundleState& state, const CalibrationInput& input,
     select_bundle(state, input);
     if (state.bundle.views.empty()) return false;
     if (state.noise > 0) state.bundle.sigma = state.noise;
-    state.summary = solve(state.bundle, options.max_iterations, options.num_threads);
+    state.summary =
+        solve_until_converged(state.bundle, options.max_iterations, options.num_threads);
     state.num_iterations += state.summary.num_iterations;
     for (std::size_t i = 0; i < state.used.size(); ++i) {
       state.selection.pose[state.used[i]] = state.bundle.camera_from_target[i];
@@ -304,7 +305,7 @@ CalibrationFit fit_on_inliers(CalibrationFit fit, const Model& model,
   const double before = fit.summary.cost;
   fit.bundle.model = &model;
   fit.bundle.free_values = std::move(free_values);
-  fit.summary = solve(fit.bundle, options.max_iterations, options.num_threads);
+  fit.summary = solve_until_converged(fit.bundle, options.max_iterations, options.num_threads);
   fit.more_cost += fit.summary.cost - before;
   fit.num_iterations += fit.summary.num_iterations;
   fit.solve_seconds += stopwatch.seconds();
