@@ -142,22 +142,35 @@ int convert_corners(const Arguments& arguments) {
   return kAnswer;
 }
 
+void check_corner_usage(const Arguments& arguments) {
+  if (!arguments.model.model.empty())
+    throw Error("--model: fits the lens of a camera, --target converts corners: take one");
+  if (!arguments.poses.empty())
+    throw Error("--poses: belongs to a camera, --target converts corners: take one");
+  for (const auto& [option, value] : {std::pair("--image-size", &arguments.image_size),
+                                      {"--crop", &arguments.crop},
+                                      {"--resize", &arguments.resize}})
+    if (!value->empty())
+      throw Error(
+          fmt::format("{}: belongs to a camera, --target converts corners: take one", option));
+}
+
+void say_converted(const std::string& out, const CameraFile& file, const CameraFormat& format,
+                   const std::vector<std::string>& notes) {
+  const bool dropped = std::ranges::any_of(
+      notes, [](const std::string& note) { return note.starts_with("dropped: the poses"); });
+  const std::size_t num_poses = dropped ? 0 : file.poses.size();
+  say_wrote(out, fmt::format("{}, from {}: {}, {}", format.name, file.format,
+                             counted(file.cameras.size(), "camera"), counted(num_poses, "pose")));
+}
+
 int run(const Arguments& arguments) {
   check_usage(arguments.model);
   check_replaces_nothing({arguments.out, arguments.model.picture},
                          {arguments.in, arguments.in.substr(0, arguments.in.rfind(':')),
                           arguments.target, arguments.poses});  // IN may be FILE:NAME
   if (!arguments.target.empty()) {
-    if (!arguments.model.model.empty())
-      throw Error("--model: fits the lens of a camera, --target converts corners: take one");
-    if (!arguments.poses.empty())
-      throw Error("--poses: belongs to a camera, --target converts corners: take one");
-    for (const auto& [option, value] : {std::pair("--image-size", &arguments.image_size),
-                                        {"--crop", &arguments.crop},
-                                        {"--resize", &arguments.resize}})
-      if (!value->empty())
-        throw Error(
-            fmt::format("{}: belongs to a camera, --target converts corners: take one", option));
+    check_corner_usage(arguments);
     return convert_corners(arguments);
   }
   std::error_code error;
@@ -181,12 +194,7 @@ int run(const Arguments& arguments) {
   const std::vector<std::string> notes = write_camera_file(arguments.out, file, format.name);
   print_notes(arguments.in, file.notes);
   print_notes(arguments.out, notes);
-  const bool dropped = std::ranges::any_of(
-      notes, [](const std::string& note) { return note.starts_with("dropped: the poses"); });
-  const std::size_t num_poses = dropped ? 0 : file.poses.size();
-  say_wrote(arguments.out,
-            fmt::format("{}, from {}: {}, {}", format.name, file.format,
-                        counted(file.cameras.size(), "camera"), counted(num_poses, "pose")));
+  say_converted(arguments.out, file, format, notes);
   return kAnswer;
 }
 

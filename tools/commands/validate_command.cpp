@@ -143,6 +143,49 @@ void check_truth(const Arguments& arguments, const CalibrationFile& file, const 
 }
 
 // Each camera of a rig against OpenCV and the truth, then their places against the truth.
+struct RigValidation {
+  bool passed = true;
+  Json cameras = Json::array(), places = Json::array();
+  std::string text;
+};
+
+void validate_lenses(const Arguments& arguments, const KnownRig& rig, const CameraFile& file,
+                     const RigDataset& data, RigValidation& answer) {
+  for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
+    const std::string& name = rig.cameras[c].name;
+    const auto of_file = std::ranges::find(file.cameras, name, &FileCamera::name);
+    const CalibrationFile& known = of_file->calibration;
+    const Validation validation =
+        validate(known.camera, known.sigmas, data.cameras[c].data, known.camera_error_px);
+    const bool passes_alone = passes(validation, arguments);
+    answer.passed = answer.passed && passes_alone;
+    answer.cameras.push_back(validation_json(validation, known.model, passes_alone));
+    answer.cameras.back()["name"] = name;
+    answer.text += fmt::format("{}{}\n{}", answer.text.empty() ? "" : "\n", name,
+                               summary(validation, known.model));
+  }
+}
+
+// Returns the numbers of places that are beyond kTruthBound standard deviations.
+int validate_places(const KnownRig& rig, const RigTruth& truth, RigValidation& answer) {
+  int num_beyond = 0;
+  const std::size_t reference = rig.reference().value_or(0);
+  for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
+    if (c == reference) continue;
+    const auto place = validate_place(rig, truth, c, reference);
+    num_beyond += static_cast<int>(std::ranges::count_if(place, [](const ParameterError& p) {
+      return p.in_sigmas && !(std::abs(*p.in_sigmas) <= kTruthBound);
+    }));
+    answer.places.push_back({{"name", rig.cameras[c].name}, {"place", parameters_json(place)}});
+    answer.text += place_table(
+        fmt::format("\n{} from {}", rig.cameras[c].name, rig.cameras[reference].name), place);
+  }
+  answer.text += fmt::format("truth of the places: {} number{} beyond {} sd\n",
+                             num_beyond == 0 ? "no" : fmt::to_string(num_beyond),
+                             num_beyond < 2 ? "" : "s", kTruthBound);
+  return num_beyond;
+}
+
 int run_rig(const Arguments& arguments) {
   RigInputArguments inputs;
   inputs.input.inputs = {arguments.dataset};
@@ -151,45 +194,17 @@ int run_rig(const Arguments& arguments) {
   const KnownRig rig = rig_of(data, file, arguments.calibration);
   if (arguments.truth && !data.truth)
     throw Error(fmt::format("--truth: {} has no truth file", arguments.dataset));
-  bool passed = true;
-  Json cameras = Json::array(), places = Json::array();
-  std::string text;
-  for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
-    const std::string& name = rig.cameras[c].name;
-    const auto of_file = std::ranges::find(file.cameras, name, &FileCamera::name);
-    const CalibrationFile& known = of_file->calibration;
-    const Validation validation =
-        validate(known.camera, known.sigmas, data.cameras[c].data, known.camera_error_px);
-    const bool passes_alone = passes(validation, arguments);
-    passed = passed && passes_alone;
-    cameras.push_back(validation_json(validation, known.model, passes_alone));
-    cameras.back()["name"] = name;
-    text +=
-        fmt::format("{}{}\n{}", text.empty() ? "" : "\n", name, summary(validation, known.model));
-  }
-  int num_beyond = 0;
-  const std::size_t reference = rig.reference().value_or(0);
-  for (std::size_t c = 0; data.truth && c < rig.cameras.size(); ++c) {
-    if (c == reference) continue;
-    const auto place = validate_place(rig, *data.truth, c, reference);
-    num_beyond += static_cast<int>(std::ranges::count_if(place, [](const ParameterError& p) {
-      return p.in_sigmas && !(std::abs(*p.in_sigmas) <= kTruthBound);
-    }));
-    places.push_back({{"name", rig.cameras[c].name}, {"place", parameters_json(place)}});
-    text += place_table(
-        fmt::format("\n{} from {}", rig.cameras[c].name, rig.cameras[reference].name), place);
-  }
-  if (data.truth)
-    text += fmt::format("truth of the places: {} number{} beyond {} sd\n",
-                        num_beyond == 0 ? "no" : fmt::to_string(num_beyond),
-                        num_beyond < 2 ? "" : "s", kTruthBound);
-  passed = passed && !(arguments.truth && num_beyond > 0);
-  const Json answer = {{"passed", passed},
-                       {"places_beyond_5_sd", data.truth ? Json(num_beyond) : Json()},
-                       {"cameras", cameras},
-                       {"places", places}};
-  print_answer(arguments.json ? json_text(answer) : text, arguments.json);
-  return passed ? kAnswer : kCheckFailed;
+  RigValidation answer;
+  validate_lenses(arguments, rig, file, data, answer);
+  std::optional<int> num_beyond;
+  if (data.truth) num_beyond = validate_places(rig, *data.truth, answer);
+  answer.passed = answer.passed && !(arguments.truth && *num_beyond > 0);
+  const Json json = {{"passed", answer.passed},
+                     {"places_beyond_5_sd", num_beyond ? Json(*num_beyond) : Json()},
+                     {"cameras", answer.cameras},
+                     {"places", answer.places}};
+  print_answer(arguments.json ? json_text(json) : answer.text, arguments.json);
+  return answer.passed ? kAnswer : kCheckFailed;
 }
 
 int run(const Arguments& arguments) {

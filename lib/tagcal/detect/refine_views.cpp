@@ -133,6 +133,22 @@ struct ViewRefinement {
   }
 };
 
+// The views with bent or straight edges, whichever all of them together speak for.
+RefinedViews chosen_views(std::vector<ViewRefinement>& refined) {
+  RefinedViews result;
+  double gain_of_bends = 0;
+  for (const ViewRefinement& r : refined) gain_of_bends += r.gain_of_bends;
+  const bool is_bent = gain_of_bends > 0;
+  for (ViewRefinement& r : refined) {
+    result.views.push_back(std::move(is_bent ? r.bent : r.straight));
+    result.num_tags += r.num_tags;
+    result.num_refined_tags += is_bent ? r.num_bent : r.num_straight;
+    result.num_corners += r.num_corners;
+    result.num_refined_corners += r.num_refined_corners;
+  }
+  return result;
+}
+
 }  // namespace
 
 RefinedViews refine_views(const Dataset& found, const std::vector<ImageSource>& images,
@@ -161,17 +177,7 @@ RefinedViews refine_views(const Dataset& found, const std::vector<ImageSource>& 
         refined[i].refine_tags(image, patterns, camera);
       },
       progress);
-  RefinedViews result;
-  double gain_of_bends = 0;
-  for (const ViewRefinement& r : refined) gain_of_bends += r.gain_of_bends;
-  const bool is_bent = gain_of_bends > 0;
-  for (ViewRefinement& r : refined) {
-    result.views.push_back(std::move(is_bent ? r.bent : r.straight));
-    result.num_tags += r.num_tags;
-    result.num_refined_tags += is_bent ? r.num_bent : r.num_straight;
-    result.num_corners += r.num_corners;
-    result.num_refined_corners += r.num_refined_corners;
-  }
+  RefinedViews result = chosen_views(refined);
   std::vector<ViewOfSize> views;
   for (View& view : result.views) views.push_back({&view, camera.image_size});
   result.corner_error_px = add_corner_error(views, found.boards);

@@ -164,54 +164,6 @@ struct ClockProblem {
 
 }  // namespace
 
-std::optional<MovingSight> world_at(const RigState& state, double time,
-                                    const Trajectory& trajectory) {
-  constexpr std::ptrdiff_t kOnASide = 3;  // numeric: with 2 slow waves err by 1e-4 of a period
-  constexpr double kBeyond = 0.1;         // numeric: of the distance of two instants
-  const auto follows = [&](std::ptrdiff_t k) {  // instant k follows k - 1
-    const auto i = static_cast<std::size_t>(k);
-    return k > 0 && i < trajectory.size() && trajectory[i] && trajectory[i - 1] &&
-           state.time[i] > state.time[i - 1] &&
-           (!state.has_stamps || state.time[i] - state.time[i - 1] <= policy::kLongestGap);
-  };
-  // A little beyond an end, so that the views of an offset by whole instants do not depend on its
-  // last digits.
-  const auto reaches = [&](std::ptrdiff_t k) {
-    if (!follows(k)) return false;
-    const double from = state.time[static_cast<std::size_t>(k - 1)];
-    const double to = state.time[static_cast<std::size_t>(k)];
-    return time >= from - kBeyond * (to - from) && time <= to + kBeyond * (to - from);
-  };
-  std::ptrdiff_t upper = std::ranges::upper_bound(state.time, time) - state.time.begin();
-  if (!reaches(upper)) upper += reaches(upper - 1) ? -1 : 1;
-  if (!reaches(upper)) return std::nullopt;
-  std::ptrdiff_t first = upper - 1, last = upper;
-  while (first > upper - kOnASide && follows(first)) --first;
-  while (last < upper + kOnASide - 1 && follows(last + 1)) ++last;
-  if (last - first < 2) return std::nullopt;
-  const auto middle = static_cast<std::size_t>(upper - 1);
-  const Pose& origin = trajectory[middle]->rig_from_world;
-  // Lagrange's polynomial of the steps from `origin`, and its derivative.
-  Vector6d step = Vector6d::Zero(), rate = Vector6d::Zero();
-  for (std::ptrdiff_t i = first; i <= last; ++i) {
-    const auto at = [&](std::ptrdiff_t k) { return state.time[static_cast<std::size_t>(k)]; };
-    double weight = 1, slope = 0;
-    for (std::ptrdiff_t k = first; k <= last; ++k) {
-      if (k == i) continue;
-      const double width = at(i) - at(k);
-      slope = slope * (time - at(k)) / width + weight / width;
-      weight *= (time - at(k)) / width;
-    }
-    const Vector6d of_node = minus(trajectory[static_cast<std::size_t>(i)]->rig_from_world, origin);
-    step += weight * of_node;
-    rate += slope * of_node;
-  }
-  // The rotation turns the rate of its own axis, to first order.
-  const Eigen::Vector3d turn = step.head<3>(), turn_rate = rate.head<3>();
-  rate.head<3>() += turn.cross(turn_rate) / 2;
-  return MovingSight{{retract(origin, step), trajectory[middle]->covariance}, rate};
-}
-
 bool tells_offset(const RigState& state) {
   if (!state.has_stamps || state.time.size() < 2) return true;
   std::vector<double> gaps;

@@ -7,17 +7,6 @@
 
 namespace tagcal::internal {
 
-// The world in the rig at a time between instants, and its motion there (as a step of `retract` in
-// the unit of RigState::time): by the polynomial through three to six neighbouring instants, at
-// most three on a side, that follow one another without one that has no sight, or a gap longer than
-// policy::kLongestGap. No value with less than three, or outside of them.
-struct MovingSight {
-  Sight sight;
-  Vector6d velocity;
-};
-std::optional<MovingSight> world_at(const RigState& state, double time,
-                                    const Trajectory& trajectory);
-
 // The instants of most neighbours are near enough to one another to tell an offset by a number
 // (policy::kOffsetGap), or have no stamps.
 bool tells_offset(const RigState& state);

@@ -1,6 +1,9 @@
 #include "tagcal/estimate/rig/rig_sight.hpp"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
+
+#include "tagcal/estimate/policy/policy.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -11,6 +14,41 @@ Matrix6 transformed(const Matrix6& by, const Matrix6& covariance) {
 
 Matrix6 turned_by(const Eigen::Matrix3d& rotation) {
   return step_by(rotation, Eigen::Vector3d::Zero());
+}
+
+// Neighbouring instants of a trajectory, `middle` and the next one around a time.
+struct Nodes {
+  std::size_t first = 0, middle = 0, last = 0;
+};
+
+// At most six instants that follow one another, at most three on a side of the time.
+std::optional<Nodes> nodes_around(const RigState& state, double time,
+                                  const Trajectory& trajectory) {
+  constexpr std::ptrdiff_t kOnASide = 3;  // numeric: with 2 slow waves err by 1e-4 of a period
+  constexpr double kBeyond = 0.1;         // numeric: of the distance of two instants
+  const auto follows = [&](std::ptrdiff_t k) {  // instant k follows k - 1
+    const auto i = static_cast<std::size_t>(k);
+    return k > 0 && i < trajectory.size() && trajectory[i] && trajectory[i - 1] &&
+           state.time[i] > state.time[i - 1] &&
+           (!state.has_stamps || state.time[i] - state.time[i - 1] <= policy::kLongestGap);
+  };
+  // A little beyond an end, so that the views of an offset by whole instants do not depend on its
+  // last digits.
+  const auto reaches = [&](std::ptrdiff_t k) {
+    if (!follows(k)) return false;
+    const double from = state.time[static_cast<std::size_t>(k - 1)];
+    const double to = state.time[static_cast<std::size_t>(k)];
+    return time >= from - kBeyond * (to - from) && time <= to + kBeyond * (to - from);
+  };
+  std::ptrdiff_t upper = std::ranges::upper_bound(state.time, time) - state.time.begin();
+  if (!reaches(upper)) upper += reaches(upper - 1) ? -1 : 1;
+  if (!reaches(upper)) return std::nullopt;
+  std::ptrdiff_t first = upper - 1, last = upper;
+  while (first > upper - kOnASide && follows(first)) --first;
+  while (last < upper + kOnASide - 1 && follows(last + 1)) ++last;
+  if (last - first < 2) return std::nullopt;
+  return Nodes{static_cast<std::size_t>(first), static_cast<std::size_t>(upper - 1),
+               static_cast<std::size_t>(last)};
 }
 
 }  // namespace
@@ -128,6 +166,31 @@ std::vector<Disagreement> disagreements(const RigState& state, std::size_t camer
     result.push_back(disagreement_of(state, clue, state.own[camera][clue.view].camera_from_world,
                                      camera_from_rig));
   return result;
+}
+
+std::optional<MovingSight> world_at(const RigState& state, double time,
+                                    const Trajectory& trajectory) {
+  const auto nodes = nodes_around(state, time, trajectory);
+  if (!nodes) return std::nullopt;
+  const Pose& origin = trajectory[nodes->middle]->rig_from_world;
+  // Lagrange's polynomial of the steps from `origin`, and its derivative.
+  Vector6d step = Vector6d::Zero(), rate = Vector6d::Zero();
+  for (std::size_t i = nodes->first; i <= nodes->last; ++i) {
+    double weight = 1, slope = 0;
+    for (std::size_t k = nodes->first; k <= nodes->last; ++k) {
+      if (k == i) continue;
+      const double width = state.time[i] - state.time[k];
+      slope = slope * (time - state.time[k]) / width + weight / width;
+      weight *= (time - state.time[k]) / width;
+    }
+    const Vector6d of_node = minus(trajectory[i]->rig_from_world, origin);
+    step += weight * of_node;
+    rate += slope * of_node;
+  }
+  // The rotation turns the rate of its own axis, to first order.
+  const Eigen::Vector3d turn = step.head<3>(), turn_rate = rate.head<3>();
+  rate.head<3>() += turn.cross(turn_rate) / 2;
+  return MovingSight{{retract(origin, step), trajectory[nodes->middle]->covariance}, rate};
 }
 
 }  // namespace tagcal::internal

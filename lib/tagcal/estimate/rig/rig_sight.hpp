@@ -27,6 +27,17 @@ using Trajectory = std::vector<std::optional<Sight>>;  // by instant
 // the least uncertainty.
 Trajectory trajectory_of(const RigState& state, const Connected& connected);
 
+// The world in the rig at a time between instants, and its motion there (as a step of `retract` in
+// the unit of RigState::time): by the polynomial through three to six neighbouring instants, at
+// most three on a side, that follow one another without one that has no sight, or a gap longer than
+// policy::kLongestGap. No value with less than three, or outside of them.
+struct MovingSight {
+  Sight sight;
+  Vector6d velocity;
+};
+std::optional<MovingSight> world_at(const RigState& state, double time,
+                                    const Trajectory& trajectory);
+
 // The disagreement of a view's own pose with the rig.
 struct Disagreement {
   std::size_t instant = 0;
