@@ -177,8 +177,9 @@ TEST(CalibrationMaps, NoRightCornerIsLost) {
     options.sigma_px = 0.3;
     const Calibration c = calibrate(task.dataset, options);
     EXPECT_TRUE(c.outliers.empty()) << i;
-    for (const std::string& warning : sentences(c.findings))
-      EXPECT_EQ(warning.find("would explain"), std::string::npos) << i << warning;
+    for (const Finding& finding : c.findings)
+      EXPECT_TRUE(finding.code != "other_lens" && finding.code != "model_too_small")
+          << i << finding.sentence;
   }
 }
 

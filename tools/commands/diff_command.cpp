@@ -179,7 +179,7 @@ int run(const Arguments& arguments) {
 Command add_diff(CLI::App& app) {
   CLI::App* command = add_command(
       app, "diff",
-      "difference of two calibrations in pixels, less that of a moved camera; or of two rigs");
+      "compares two calibrations in pixels, after removing a camera motion; or two rigs");
   const auto arguments = std::make_shared<Arguments>();
   add_option(*command, "A", arguments->a, "a calibration, or a rig").required();
   add_option(*command, "B", arguments->b, "another of the same image size, or of the same rig")

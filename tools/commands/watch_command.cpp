@@ -75,7 +75,7 @@ void check_folder(const fs::path& folder) {
   if (!fs::is_directory(folder))
     throw Error(fmt::format("{}: must be a folder, got a file", folder.string()));
   if (list_pictures(folder).empty() && fs::exists(folder / "dataset.yaml"))
-    throw Error(fmt::format("{}: is a data set: name the folder of its pictures", folder.string()));
+    throw Error(fmt::format("{}: is a data set; give its image folder", folder.string()));
 }
 
 Board target_of(const Arguments& arguments, std::vector<std::string>& warnings) {

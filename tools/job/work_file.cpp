@@ -40,8 +40,8 @@ WorkFile::WorkFile(const std::filesystem::path& folder, const std::string& work)
     }
     if (!earlier.empty() && earlier != work) {
       throw Error(
-          fmt::format("{}: was begun with other input, options or another version; remove "
-                      "it to begin again",
+          fmt::format("{}: was started with different inputs, options or program version; "
+                      "remove it to start again",
                       folder.string()));
     }
   } catch (...) {

@@ -229,7 +229,8 @@ ExitCode RigSession::finish(End end) {
     text += wrapped(toned(Tone::caution, "GOAL NOT MET:") + " ",
                     is_answer(rig_.status) ? what_lacks() : "there is no calibration", 2);
   if (kept_data_ && !is_answer(rig_.status))
-    text += wrapped("! ", "the last change left no answer: this is the calibration before it", 2);
+    text +=
+        wrapped("! ", "the latest picture made the calibration fail; showing the previous one", 2);
   if (!kept_data_)
     text += wrapped(
         toned(Tone::bad, "NO ANSWER:") + " ",

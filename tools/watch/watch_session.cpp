@@ -244,7 +244,8 @@ ExitCode WatchSession::finish(End end) {
     tell(text);
   } else {
     if (!standing_.has_answer)
-      text += wrapped("! ", "the last change left no answer: this is the calibration before it", 2);
+      text += wrapped("! ",
+                      "the latest picture made the calibration fail; showing the previous one", 2);
     CalibrationAnswer answer;
     answer.calibration = *kept_;
     const std::string& model = options_.calibration.model;

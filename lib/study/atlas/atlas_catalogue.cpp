@@ -25,7 +25,7 @@ constexpr Entry kCatalogue[] = {
     {"G7", "weak perspective", "focal-distance", ""},
     {"G8", "principal point against tilt, in one view", "",
      "one view never frees the principal point: it is held at the centre of the image"},
-    {"G9", "coefficients of distortion that trade with one another", "calibrate-fold",
+    {"G9", "correlated coefficients of distortion", "calibrate-fold",
      "coefficients are never judged, the projection is"},
     {"G10", "corners in a part of the image only", "calibrate-extrapolation", ""},
     {"G11", "tilts about one axis only", "",

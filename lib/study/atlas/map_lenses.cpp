@@ -38,7 +38,7 @@ StabilityMap extrapolation_map() {
               {"reach", "half diagonals", {0.2, 0.35, 0.5, 0.7, 1}, {}}};
   map.what = "Where there were no corners, distortion is anything that a polynomial makes of noise";
   map.why =
-      "Powers of the radius trade with one another, and the difference grows with the highest "
+      "Powers of the radius are correlated, and the difference grows with the highest "
       "power outside of the data (mrcal's tour; limits of extrapolation of any polynomial)";
   map.answer =
       "tagcal gives the standard deviation of the projection over the whole image, names the parts "

@@ -53,7 +53,7 @@ struct ViewSelection {
 // each next one is the view after which the projection at infinity has the least variance over the
 // image, the measure of `advise`. Information is that of the corners with unknown poses, at the
 // calibration's lens and poses and for its noise. Until the views determine all parameters, a
-// millionth of the information of all views stands in for what is missing. Of equal views the first
+// millionth of the information of all views is added. Of equal views the first
 // is taken: the answer does not depend on chance. Rejected views are not selected. Empty if the
 // calibration has no covariance. `dataset`: the one that was calibrated; 1 <= count.
 ViewSelection select_views(const Dataset& dataset, const Calibration& calibration, int count);

@@ -61,14 +61,14 @@ constexpr std::size_t kDirectionsShown = 3;
 const char* correlation_sentence(ParameterRole parameter) {
   switch (parameter) {
     case ParameterRole::focal_length:
-      return "the views hardly separate focal length and distance, so the projection is uncertain: "
+      return "the views cannot tell focal length from distance, so the projection is uncertain: "
              "take 3 views with the board tilted by 30 degrees or more";
     case ParameterRole::radial:
     case ParameterRole::shape:
-      return "the views hardly separate the distortion coefficients, so the projection is "
+      return "the views cannot tell the distortion coefficients apart, so the projection is "
              "uncertain: take views with the board in the corners of the image";
     default:
-      return "the views hardly separate principal point and tilt of the board, so the projection "
+      return "the views cannot tell the principal point from tilts of the board, so the projection "
              "is uncertain: tilt the board to all sides, and turn it about its normal between "
              "views";
   }

@@ -272,7 +272,7 @@ std::string_view why_not_text(WhyNot why) {
     case WhyNot::no_fit:
       return "read, but its pattern cannot be fitted to the pixels, so its corners are unreliable";
     case WhyNot::alone:
-      return "read, but no other tag confirms it, and its code may be read by chance";
+      return "decoded, but no neighbour confirms it: possibly a chance match";
   }
   return "";
 }

@@ -151,7 +151,8 @@ void reject_other_boards(CalibrationInput& input, const FittedView& fitted, cons
   }
   add(input.findings, code::board_moved,
       view.name() +
-          ": only its largest board is used, the others are not where the target file puts them");
+          ": only its largest board is used, the other boards are not at their poses in the target "
+          "file");
   view = std::move(kept);
 }
 

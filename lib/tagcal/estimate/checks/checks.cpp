@@ -104,17 +104,16 @@ Result print_aspect(const Solved& s) {
 Result model_too_small(const Solved& s) {
   if (is_auto(*s.solution.options) || !s.evidence.is_model_small()) return std::nullopt;
   return finding(code::model_too_small,
-                 "the model is too small: opencv5 would explain " +
-                     percent(s.evidence.larger->share) +
-                     " of the sum of its squared residuals; take opencv5 or auto");
+                 "the model underfits: opencv5 reduces the squared residuals by " +
+                     percent(s.evidence.larger->share) + "; use opencv5 or auto");
 }
 
 Result other_lens(const Solved& s) {
   const double share = s.solution.choice->other_lens_share;
   if (!(share > 0)) return std::nullopt;
-  return finding(code::other_lens, "opencv5, another kind of lens, would explain " +
-                                       percent(share) +
-                                       " of the sum of the squared residuals: take it, or auto");
+  return finding(code::other_lens,
+                 "opencv5, another kind of lens, reduces the squared residuals by " +
+                     percent(share) + ": use it, or auto");
 }
 
 constexpr std::string_view kCause =
@@ -160,10 +159,11 @@ Result fold_in_image(const Solved& s) {
   const Eigen::MatrixXd& sigma_px = s.answer.projection.front().sigma_px;
   const auto without_ray = sigma_px.array().isNaN().count();
   if (without_ray == 0) return std::nullopt;
-  return finding(code::fold_in_image,
-                 "the distortion folds before the border of the image: no ray meets " +
-                     std::to_string(without_ray) + " of " + std::to_string(sigma_px.size()) +
-                     " nodes of the grid over the image, so do not use the lens there");
+  return finding(
+      code::fold_in_image,
+      "the distortion folds before the border of the image: " +
+          percent(static_cast<double>(without_ray) / static_cast<double>(sigma_px.size())) +
+          " of the image is outside the lens model; do not use the lens there");
 }
 
 // Limits of what the data determine.
