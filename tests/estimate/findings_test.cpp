@@ -42,7 +42,8 @@ TEST(Findings, EveryStatusThatIsNoAnswerHasACode) {
   for (const Status status :
        {Status::focal_not_observable, Status::not_observable, Status::degenerate,
         Status::no_consensus, Status::not_converged, Status::not_connected,
-        Status::extrinsic_not_observable, Status::not_synchronous}) {
+        Status::extrinsic_not_observable, Status::not_synchronous, Status::rotation_axes_parallel,
+        Status::no_rotation, Status::wrong_direction}) {
     EXPECT_TRUE(documented_codes().contains(std::string(refusal_code(status).name)));
     EXPECT_EQ(refusal_code(status).severity, Severity::refusal);
     const Finding refusal = finding(refusal_code(status), "");

@@ -6,17 +6,13 @@
 namespace tagcal {
 namespace {
 
-constexpr std::array kRefusals = {code::degenerate,
-                                  code::no_consensus,
-                                  code::not_converged,
-                                  code::focal_not_observable,
-                                  code::not_observable,
-                                  code::target_unseen,
-                                  code::not_connected,
-                                  code::extrinsic_not_observable,
-                                  code::not_synchronous,
-                                  code::pair_contradicts,
-                                  code::camera_without_answer,
+constexpr std::array kRefusals = {code::degenerate,       code::no_consensus,
+                                  code::not_converged,    code::focal_not_observable,
+                                  code::not_observable,   code::target_unseen,
+                                  code::not_connected,    code::extrinsic_not_observable,
+                                  code::not_synchronous,  code::rotation_axes_parallel,
+                                  code::no_rotation,      code::wrong_direction,
+                                  code::pair_contradicts, code::camera_without_answer,
                                   code::sizes_swapped};
 
 }  // namespace

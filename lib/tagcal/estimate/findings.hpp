@@ -36,6 +36,11 @@ inline constexpr FindingCode extrinsic_not_observable{"extrinsic_not_observable"
                                                       Status::extrinsic_not_observable};
 inline constexpr FindingCode not_synchronous{"not_synchronous", Severity::refusal,
                                              Status::not_synchronous};
+inline constexpr FindingCode rotation_axes_parallel{"rotation_axes_parallel", Severity::refusal,
+                                                    Status::rotation_axes_parallel};
+inline constexpr FindingCode no_rotation{"no_rotation", Severity::refusal, Status::no_rotation};
+inline constexpr FindingCode wrong_direction{"wrong_direction", Severity::refusal,
+                                             Status::wrong_direction};
 inline constexpr FindingCode pair_contradicts{"pair_contradicts", Severity::refusal,
                                               Status::no_consensus};
 inline constexpr FindingCode sizes_swapped{"sizes_swapped", Severity::refusal,
@@ -62,6 +67,7 @@ inline constexpr FindingCode camera_contradicts{"camera_contradicts", Severity::
 inline constexpr FindingCode camera_moved{"camera_moved", Severity::warning};
 inline constexpr FindingCode corner_order_differs{"corner_order_differs", Severity::warning};
 inline constexpr FindingCode clock_corrected{"clock_corrected", Severity::note};
+inline constexpr FindingCode lens_without_covariance{"lens_without_covariance", Severity::note};
 inline constexpr FindingCode single_instant{"single_instant", Severity::warning};
 
 // The target.

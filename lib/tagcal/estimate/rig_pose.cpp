@@ -27,18 +27,6 @@ struct SeeingCamera {
   ViewProblem view;
 };
 
-ViewProblem inliers_of(const ViewCorrespondences& seen, const PoseEstimate& own) {
-  ViewProblem view;
-  const Matrix2 by_sigma = Matrix2::Identity() / std::max(own.sigma_px, kLeastNoisePx);
-  for (std::size_t i = 0; i < seen.correspondences.size(); ++i) {
-    if (std::ranges::binary_search(own.outliers, i)) continue;
-    view.correspondences.push_back(seen.correspondences[i]);
-    view.whitening.push_back(seen.covariance_px2.empty() ? by_sigma
-                                                         : whitening_of(seen.covariance_px2[i]));
-  }
-  return view;
-}
-
 // The step of a camera's pose by that of the rig (`retract`).
 Matrix6 by_rig(const KnownRig::Member& camera) {
   return step_by(camera.camera_from_rig.rotation_matrix(), Eigen::Vector3d::Zero());
@@ -309,7 +297,9 @@ RigPoseEstimate estimate_rig_pose(std::span<const ViewCorrespondences> seen, con
     estimate.of_cameras.push_back(estimate_pose(seen[c], rig.cameras[c].camera.camera, options));
   for (std::size_t c = 0; c < n; ++c)
     if (const PoseEstimate& own = estimate.of_cameras[c]; is_answer(own.status))
-      cameras.push_back({c, &rig.cameras[c], &own, inliers_of(seen[c], own)});
+      cameras.push_back({c, &rig.cameras[c], &own,
+                         inlier_view(seen[c].correspondences, seen[c].covariance_px2, own.outliers,
+                                     std::max(own.sigma_px, kLeastNoisePx))});
   PoseEstimate& joint = estimate.rig;
   if (cameras.empty())
     add(joint.findings, code::target_unseen, "no camera alone determines a pose of the target");

@@ -44,6 +44,12 @@ std::string_view status_name(Status status) {
       return "extrinsic_not_observable";
     case Status::not_synchronous:
       return "not_synchronous";
+    case Status::rotation_axes_parallel:
+      return "rotation_axes_parallel";
+    case Status::no_rotation:
+      return "no_rotation";
+    case Status::wrong_direction:
+      return "wrong_direction";
   }
   return "";
 }

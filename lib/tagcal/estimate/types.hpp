@@ -32,6 +32,10 @@ enum class Status {
   not_connected,             // no instants connect the cameras
   extrinsic_not_observable,  // the data do not determine the place of a camera; a finding says what
   not_synchronous,           // the pictures of an instant were taken at different times
+  // Of hand-eye calibrations alone:
+  rotation_axes_parallel,  // the translations along an axis are not determined; the rest is
+  no_rotation,             // the hand did not turn: no translation is determined
+  wrong_direction,         // the robot's poses fit much better when read in another way
 };
 
 std::string_view status_name(Status status);  // as in the enum

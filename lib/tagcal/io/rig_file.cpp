@@ -29,21 +29,6 @@ constexpr const char* kTimesFile = "times.csv";
 
 std::string file_name(const std::string& image) { return fs::path(image).filename().string(); }
 
-std::map<std::string, double> read_times(const fs::path& file) {
-  const CsvRows rows(file);
-  if (rows.header() != std::vector<std::string>{"image", "time_s"})
-    throw Error(file.string() + ": line 1: must be the header image,time_s");
-  std::map<std::string, double> times_s;
-  for (const CsvRow& row : rows.rows()) {
-    const auto time_s = parse_number(row.fields[1]);
-    if (!time_s)
-      rows.fail(row, fmt::format("time_s: must be a finite number, got {}", shown(row.fields[1])));
-    if (!times_s.emplace(file_name(row.fields[0]), *time_s).second)
-      rows.fail(row, fmt::format("image: {} has a time already", shown(row.fields[0])));
-  }
-  return times_s;
-}
-
 ImageSize size_of_first(const std::vector<fs::path>& images, const YamlValue& camera) {
   for (const fs::path& image : images) {
     try {
@@ -87,7 +72,7 @@ RigCamera read_rig_dataset_camera(const fs::path& folder, const YamlValue& value
   if (const auto times = value.find("times")) {
     files.times = folder / times->text();
     read.texts.push_back(files.times);
-    files.times_s = read_times(files.times);
+    files.times_s = read_picture_times(files.times);
     camera.times_s = times_of(camera.data.views, files);
   }
   if (const auto truth = value.find("truth")) {
@@ -148,6 +133,21 @@ std::string rig_truth_yaml(const RigDataset& rig) {
 }
 
 }  // namespace
+
+std::map<std::string, double> read_picture_times(const fs::path& file) {
+  const CsvRows rows(file);
+  if (rows.header() != std::vector<std::string>{"image", "time_s"})
+    throw Error(file.string() + ": line 1: must be the header image,time_s");
+  std::map<std::string, double> times_s;
+  for (const CsvRow& row : rows.rows()) {
+    const auto time_s = parse_number(row.fields[1]);
+    if (!time_s)
+      rows.fail(row, fmt::format("time_s: must be a finite number, got {}", shown(row.fields[1])));
+    if (!times_s.emplace(file_name(row.fields[0]), *time_s).second)
+      rows.fail(row, fmt::format("image: {} has a time already", shown(row.fields[0])));
+  }
+  return times_s;
+}
 
 RigFolder read_rig_folder(const fs::path& folder, const LeaveOut& leave_out) {
   std::error_code error;

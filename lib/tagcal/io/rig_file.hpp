@@ -45,6 +45,10 @@ RigDataset read_rig_dataset(const std::filesystem::path& folder);
 // True if the folder has a dataset.yaml with the key `rig`. False for a file that cannot be read.
 bool is_rig_folder(const std::filesystem::path& folder);
 
+// The times of pictures, by their names without folder, from a table with the columns image,time_s.
+// Throws Error for another header, a time that is not finite, and a picture with two times.
+std::map<std::string, double> read_picture_times(const std::filesystem::path& file);
+
 // The stamps of views, by the names of their pictures. Throws Error for a view without a stamp.
 std::vector<double> times_of(const std::vector<View>& views, const RigCameraFiles& files);
 

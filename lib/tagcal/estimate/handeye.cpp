@@ -1,0 +1,294 @@
+#include "tagcal/estimate/handeye.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "tagcal/error.hpp"
+#include "tagcal/estimate/findings.hpp"
+#include "tagcal/estimate/handeye/handeye_report.hpp"
+#include "tagcal/estimate/handeye/robot_advice.hpp"
+#include "tagcal/estimate/handeye/robot_readings.hpp"
+#include "tagcal/estimate/policy/handeye_policy.hpp"
+#include "tagcal/estimate/policy/policy.hpp"
+#include "tagcal/estimate/pose.hpp"
+#include "tagcal/internal/parallel.hpp"
+#include "tagcal/internal/stopwatch.hpp"
+#include "tagcal/solvers/numeric/statistics.hpp"
+
+namespace tagcal {
+using namespace internal;
+namespace {
+
+void check_path(const RobotPath& path) {
+  if (path.times_s.size() != path.base_from_hand.size())
+    throw Error(fmt::format("the path has {} times and {} poses", path.times_s.size(),
+                            path.base_from_hand.size()));
+  for (std::size_t i = 0; i < path.times_s.size(); ++i) {
+    if (!path.base_from_hand[i].matrix().allFinite())
+      throw Error(fmt::format("path: pose {} has a number that is not finite", i));
+    if (!std::isfinite(path.times_s[i]) || (i > 0 && !(path.times_s[i] > path.times_s[i - 1])))
+      throw Error(fmt::format("path: times must increase, time {} does not", i));
+  }
+}
+
+void check_handeye_input(std::span<const HandeyeView> views, const UncertainCamera& camera,
+                         const HandeyeOptions& options) {
+  const Eigen::Index k = camera.num_free();
+  if (camera.covariance.size() > 0 &&
+      (camera.covariance.rows() != k || camera.covariance.cols() != k))
+    throw Error(fmt::format("the covariance of the lens must be {0} x {0}, as its model", k));
+  if (!(options.sigma_px >= 0) || std::isinf(options.sigma_px))
+    throw Error("sigma_px: must be 0 (not known) or more, and finite");
+  if (options.find_time_offset && !options.path)
+    throw Error("find_time_offset: needs a path of the robot");
+  if (options.path) check_path(*options.path);
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    if (!views[i].base_from_hand.matrix().allFinite())
+      throw Error(fmt::format("views[{}]: the robot's pose has a number that is not finite", i));
+    if (options.path && !(views[i].time_s && std::isfinite(*views[i].time_s)))
+      throw Error(fmt::format("views[{}]: has no time, which a path needs", i));
+  }
+}
+
+std::vector<SeenView> seen_views(std::span<const HandeyeView> views, const Camera& camera,
+                                 const HandeyeOptions& options) {
+  std::vector<SeenView> seen(views.size());
+  PoseOptions pose;
+  pose.sigma_px = options.sigma_px;
+  parallel_for(views.size(), threads_for_short_calls(views.size(), options.num_threads),
+               [&](std::size_t i) {
+                 const HandeyeView& v = views[i];
+                 seen[i] = {v.image,
+                            v.seen.correspondences,
+                            v.seen.covariance_px2,
+                            estimate_pose(v.seen, camera, pose),
+                            v.base_from_hand,
+                            v.time_s};
+               });
+  return seen;
+}
+
+// Takes of two poses of a view the one that agrees with the robot.
+void choose_hypotheses(HandeyeProblem& problem, const HandeyePlaces& places) {
+  for (HandeyeSight& sight : problem.sights)
+    std::ranges::sort(sight.own, {}, [&](const Pose& own) {
+      return disagreement_m(places, problem.mount, problem.scale, own, sight.base_from_hand);
+    });
+}
+
+// The number of different robot poses, up to three.
+std::size_t num_different(std::span<const HandeyeSight> sights) {
+  constexpr double kSame = 1e-6;  // numeric: m and rad, below what any robot reports
+  std::vector<Pose> different;
+  for (const HandeyeSight& s : sights) {
+    const bool known = std::ranges::any_of(
+        different, [&](const Pose& p) { return minus(p, s.base_from_hand).norm() < kSame; });
+    if (!known && different.size() < 3) different.push_back(s.base_from_hand);
+  }
+  return different.size();
+}
+
+// Robust start, twice: the second time with the poses of ambiguous views that agree with the first.
+std::optional<RobustHandeyeStart> start_of(HandeyeSights& sights, bool rejects) {
+  std::optional<RobustHandeyeStart> start;
+  HandeyeProblem& problem = sights.problem();
+  for (int i = 0; i < 2; ++i) {
+    start = robust_places(sights.pairs(), problem.mount, problem.scale);
+    if (!start) return std::nullopt;
+    choose_hypotheses(problem, start->places);
+    if (std::ranges::none_of(problem.sights, [](const auto& s) { return s.own.size() > 1; })) break;
+  }
+  if (!rejects) std::ranges::fill(start->takes_part, 1);
+  return start;
+}
+
+// The robot's noise by the poses that the places predict from the views' own.
+RobotNoise noise_of_start(const HandeyeProblem& problem, const HandeyePlaces& places) {
+  Vector6d squares = Vector6d::Zero();
+  for (const HandeyeSight& s : problem.sights) {
+    const Pose mount_from_holder =
+        places.mount_from_camera * s.own[0] * places.holder_from_board.inverse();
+    const Pose hand =
+        problem.mount == CameraMount::base ? mount_from_holder : mount_from_holder.inverse();
+    squares += minus(hand, s.base_from_hand).cwiseAbs2();
+  }
+  const auto n = 3 * static_cast<double>(problem.sights.size());
+  constexpr double kLeast = 0.1;  // numeric: of the prior's median, a start
+  return {std::max(std::sqrt(squares.head<3>().sum() / n), kLeast * policy::kPriorRobotRad),
+          std::max(std::sqrt(squares.tail<3>().sum() / n), kLeast * policy::kPriorRobotM)};
+}
+
+std::optional<HandeyeMinimum> bundle_of(const HandeyeProblem& problem,
+                                        const HandeyePlaces& places) {
+  HandeyeState state{places, {}, 0};
+  for (const HandeyeSight& s : problem.sights) state.base_from_hand.push_back(s.base_from_hand);
+  return minimise_bundle(problem, std::move(state), noise_of_start(problem, places));
+}
+
+// The offset of time among steps at which the poses of the path agree best with the views.
+double coarse_offset(HandeyeSights& sights) {
+  constexpr double kLargest = 1, kStep = 0.05;  // numeric: s, a start that the bundle refines
+  double best = 0, least = std::numeric_limits<double>::infinity();
+  for (double offset = -kLargest; offset < kLargest + kStep / 2; offset += kStep) {
+    sights.gather(offset);
+    const auto start =
+        closed_form_places(sights.pairs(), sights.problem().mount, sights.problem().scale);
+    if (!start || !(median(start->disagreements_m) < least)) continue;
+    least = median(start->disagreements_m);
+    best = offset;
+  }
+  return best;
+}
+
+class HandeyeRun {
+ public:
+  HandeyeRun(std::span<const HandeyeView> views, const UncertainCamera& camera,
+             const HandeyeOptions& options)
+      : options_(options),
+        sights_(seen_views(views, camera.camera, options), camera, options, answer_) {
+    answer_.mount = options.mount;
+  }
+
+  HandeyeEstimate answer() {
+    solve();
+    answer_.rejected = sights_.rejected();
+    answer_.unusable = sights_.unusable();
+    answer_.status = judge(answer_.findings);
+    return std::move(answer_);
+  }
+
+ private:
+  void solve() {
+    offset_s_ = options_.find_time_offset ? coarse_offset(sights_) : 0;
+    sights_.gather(offset_s_);
+    if (is_too_few() || is_read_wrongly()) return;
+    auto minimum = minimum_at_offset();
+    if (!minimum) return;
+    if (options_.path && !options_.find_time_offset && is_off_in_time(minimum->state)) return;
+    answer_.rejected = sights_.rejected();
+    report_minimum(sights_, *minimum, answer_);
+    if (options_.find_time_offset) report_offset(*minimum);
+    answer_.next =
+        advise_robot_pose(sights_.problem(), minimum->state, minimum->noise.noise, answer_);
+  }
+
+  bool is_too_few() {
+    if (num_different(sights_.problem().sights) >= 3) return false;
+    add(answer_.findings, code::degenerate,
+        fmt::format("the {} views that can be used have fewer than three different robot poses: "
+                    "take ten or more, turned about different axes",
+                    sights_.problem().sights.size()));
+    return true;
+  }
+
+  bool is_read_wrongly() {
+    const HandeyeProblem& problem = sights_.problem();
+    const auto better = better_reading(sights_.pairs(), problem.mount, problem.scale);
+    if (!better) return false;
+    answer_.reading = better->reading;
+    add(answer_.findings, better->is_shift ? code::not_synchronous : code::wrong_direction,
+        fmt::format("the robot's poses fit the pictures {:.2g} times better if {}: check the file "
+                    "and the options, nothing was changed",
+                    better->reading.times_better, better->reading.change));
+    return true;
+  }
+
+  // The minimum of the views that agree, with the robot's poses at the offset, which is estimated
+  // if asked for.
+  std::optional<HandeyeMinimum> minimum_at_offset() {
+    constexpr int kRounds = 4;
+    constexpr double kSmall = 1e-5;  // numeric: s
+    std::optional<HandeyeMinimum> minimum;
+    for (int i = 0; i < kRounds; ++i) {
+      sights_.gather(offset_s_);
+      const auto start = start_of(sights_, options_.reject_outliers);
+      if (!start || !keep_agreeing(*start)) return std::nullopt;
+      sights_.problem().with_time = options_.find_time_offset;
+      minimum = bundle_of(sights_.problem(), start->places);
+      if (!minimum) {
+        add(answer_.findings, code::not_converged,
+            "the bundle left the lens' domain, or its equations are singular");
+        return std::nullopt;
+      }
+      offset_s_ += minimum->state.time_offset_s;
+      if (!(std::abs(minimum->state.time_offset_s) > kSmall)) break;
+    }
+    return minimum;
+  }
+
+  bool keep_agreeing(const RobustHandeyeStart& start) {
+    const std::size_t all = start.takes_part.size();
+    sights_.keep(start.takes_part);
+    if (!policy::is_above(sights_.rejected().size(), policy::kMinority, all) &&
+        sights_.problem().sights.size() >= 3)
+      return true;
+    add(answer_.findings, code::no_consensus,
+        fmt::format("the robot's poses of {} of {} views contradict the others: check that "
+                    "pictures and poses belong together, and that the board stood still",
+                    sights_.rejected().size(), all));
+    return false;
+  }
+
+  // With the offset free, it is not zero.
+  bool is_off_in_time(const HandeyeState& state) {
+    HandeyeProblem problem = sights_.problem();
+    problem.with_time = true;
+    const auto free = bundle_of(problem, state.places);
+    if (!free) return false;
+    set_offset(free->state.time_offset_s, *free);
+    if (!(std::abs(*answer_.time_offset_s) > policy::kSignificant * answer_.sigma_time_offset_s))
+      return false;
+    add(answer_.findings, code::not_synchronous,
+        fmt::format("the robot's poses fit better {:.3g} +- {:.2g} ms after the times of the "
+                    "pictures: the clocks differ. Find the offset (--time-offset find)",
+                    1e3 * *answer_.time_offset_s, 1e3 * answer_.sigma_time_offset_s));
+    return true;
+  }
+
+  void set_offset(double offset_s, const HandeyeMinimum& minimum) {
+    answer_.time_offset_s = offset_s;
+    answer_.sigma_time_offset_s =
+        std::sqrt(widening(minimum.degrees_of_freedom) * minimum.covariance(12, 12));
+  }
+
+  void report_offset(const HandeyeMinimum& minimum) {
+    set_offset(offset_s_, minimum);
+    add(answer_.findings, code::clock_corrected,
+        fmt::format("the robot's poses are those {:.3g} +- {:.2g} ms after the times of the "
+                    "pictures",
+                    1e3 * offset_s_, 1e3 * answer_.sigma_time_offset_s));
+  }
+
+  const HandeyeOptions& options_;
+  HandeyeEstimate answer_;
+  HandeyeSights sights_;
+  double offset_s_ = 0;
+};
+
+}  // namespace
+
+std::optional<Pose> hand_at(const RobotPath& path, double time_s) {
+  const auto after = std::ranges::lower_bound(path.times_s, time_s);
+  if (after == path.times_s.end()) return std::nullopt;
+  const auto k = static_cast<std::size_t>(after - path.times_s.begin());
+  if (*after == time_s) return path.base_from_hand[k];
+  if (k == 0) return std::nullopt;
+  const Pose& a = path.base_from_hand[k - 1];
+  const Pose& b = path.base_from_hand[k];
+  const double share = (time_s - path.times_s[k - 1]) / (path.times_s[k] - path.times_s[k - 1]);
+  return retract(a, share * minus(b, a));
+}
+
+HandeyeEstimate calibrate_handeye(std::span<const HandeyeView> views, const UncertainCamera& camera,
+                                  const HandeyeOptions& options) {
+  const Stopwatch watch;
+  check_handeye_input(views, camera, options);
+  HandeyeEstimate answer = HandeyeRun(views, camera, options).answer();
+  answer.seconds = watch.seconds();
+  return answer;
+}
+
+}  // namespace tagcal

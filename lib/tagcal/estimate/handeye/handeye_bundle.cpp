@@ -1,0 +1,180 @@
+#include "tagcal/estimate/handeye/handeye_bundle.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "tagcal/estimate/policy/handeye_policy.hpp"
+#include "tagcal/estimate/pose/view_equations.hpp"
+
+namespace tagcal::internal {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using Square6 = Eigen::Matrix<double, 6, 6>;
+
+double log_det(const auto& llt) { return 2 * llt.matrixLLT().diagonal().array().log().sum(); }
+
+// Weights of the wide priors of the shared parameters: translations about zero. (Rotations have
+// none: theirs is a damping.)
+VectorXd prior_weights(const HandeyeProblem& problem) {
+  const double reach = policy::kPriorReach * problem.scale.distance_m;
+  VectorXd weights = VectorXd::Zero(problem.num_shared());
+  for (Eigen::Index i = 0; i < 12; ++i)
+    weights[i] = 1 / (i % 6 < 3 ? std::numbers::pi * std::numbers::pi : reach * reach);
+  return weights;
+}
+
+// (value - prior) / sd, squared.
+double noise_prior(const RobotNoise& noise) {
+  const double rad = std::log(noise.sigma_rad / policy::kPriorRobotRad) / policy::kPriorLogRobot;
+  const double m = std::log(noise.sigma_m / policy::kPriorRobotM) / policy::kPriorLogRobot;
+  return rad * rad + m * m;
+}
+
+}  // namespace
+
+Vector6d RobotNoise::weights() const {
+  Vector6d w;
+  w << Eigen::Vector3d::Constant(1 / (sigma_rad * sigma_rad)),
+      Eigen::Vector3d::Constant(1 / (sigma_m * sigma_m));
+  return w;
+}
+
+Vector6d robot_error(const HandeyeProblem& problem, const HandeyeState& state, std::size_t view) {
+  const HandeyeSight& sight = problem.sights[view];
+  return minus(state.base_from_hand[view],
+               retract(sight.base_from_hand, state.time_offset_s * sight.velocity));
+}
+
+std::optional<HandeyeEquations> HandeyeEquations::at(const HandeyeProblem& problem,
+                                                     const HandeyeState& state) {
+  HandeyeEquations equations;
+  equations.size_ = problem.num_shared();
+  equations.shared_ = prior_weights(problem).asDiagonal();
+  equations.shared_gradient_ = VectorXd::Zero(equations.size_);
+  const auto add_prior = [&](const Pose& place, Eigen::Index first) {
+    const double weight = equations.shared_(first, first);
+    equations.shared_gradient_.segment<3>(first) = weight * place.translation();
+    equations.corners_cost_ += weight * place.translation().squaredNorm();
+  };
+  add_prior(state.places.mount_from_camera, 3);
+  add_prior(state.places.holder_from_board, 9);
+  const Model* const model = problem.camera.covariance.size() > 0 ? problem.camera.model : nullptr;
+  for (std::size_t i = 0; i < problem.sights.size(); ++i) {
+    const ViewArrays arrays(problem.sights[i].corners);
+    ParameterSums sums(arrays.view(), model ? model->free() : std::span<const FreeParameter>());
+    MatrixXd gram;
+    if (!sums.at(problem.camera.camera.lens,
+                 camera_from_board(state.places, problem.mount, state.base_from_hand[i]), gram))
+      return std::nullopt;
+    equations.add(problem, state, i, gram.selfadjointView<Eigen::Upper>());
+  }
+  return equations;
+}
+
+void HandeyeEquations::add(const HandeyeProblem& problem, const HandeyeState& state,
+                           std::size_t view, const MatrixXd& gram) {
+  const HandeyeSteps steps(state.places, problem.mount, state.base_from_hand[view]);
+  SixByShared by = SixByShared::Zero(6, size_);
+  by.leftCols<6>() = steps.by_camera;
+  by.middleCols<6>(6) = steps.by_board;
+  const Square6 information = gram.topLeftCorner<6, 6>();
+  const Vector6d gradient = gram.topRightCorner<6, 1>();
+  const SixByShared weighed = information * by;
+  shared_ += by.transpose() * weighed;
+  shared_gradient_ += by.transpose() * gradient;
+  corners_cost_ += gram(gram.rows() - 1, gram.cols() - 1);
+  OfView of;
+  of.information = steps.by_robot.transpose() * information * steps.by_robot;
+  of.by_shared = steps.by_robot.transpose() * weighed;
+  of.gradient = steps.by_robot.transpose() * gradient;
+  of.error = robot_error(problem, state, view);
+  of.velocity = problem.sights[view].velocity;
+  const MatrixXd lens = gram.block(0, 6, 6, gram.cols() - 7);
+  of.by_lens = steps.by_robot.transpose() * lens;
+  of.shared_by_lens = by.transpose() * lens;
+  views_.push_back(std::move(of));
+}
+
+// The information that a robot's pose shares with the other parameters. Its error falls with the
+// offset of time.
+HandeyeEquations::SixByShared HandeyeEquations::coupling(const OfView& view,
+                                                         const Vector6d& weights) const {
+  SixByShared coupling = view.by_shared;
+  if (size_ > 12) coupling.col(12) -= weights.cwiseProduct(view.velocity);
+  return coupling;
+}
+
+std::optional<HandeyeEquations::Solution> HandeyeEquations::solve(const RobotNoise& noise) const {
+  const Vector6d weights = noise.weights();
+  MatrixXd schur = shared_;
+  VectorXd gradient = shared_gradient_;
+  Solution solution;
+  solution.cost = corners_cost_;
+  double log_dets = -static_cast<double>(views_.size()) * weights.array().log().sum();
+  for (const OfView& view : views_) {
+    const Vector6d pull = weights.cwiseProduct(view.error);
+    Square6 own = view.information;
+    own.diagonal() += weights;
+    const Eigen::LLT<Square6> llt(own);
+    if (llt.info() != Eigen::Success) return std::nullopt;
+    const SixByShared across = coupling(view, weights);
+    const Vector6d own_gradient = view.gradient + pull;
+    const Vector6d own_step = llt.solve(own_gradient);
+    if (size_ > 12) {
+      schur(12, 12) += view.velocity.dot(weights.cwiseProduct(view.velocity));
+      gradient[12] -= view.velocity.dot(pull);
+    }
+    schur.noalias() -= across.transpose() * llt.solve(across);
+    gradient.noalias() -= across.transpose() * own_step;
+    solution.cost += view.error.dot(pull);
+    solution.decrease += own_gradient.dot(own_step);
+    log_dets += log_det(llt);
+  }
+  const Eigen::LLT<MatrixXd> llt(schur);
+  if (llt.info() != Eigen::Success) return std::nullopt;
+  solution.step = -llt.solve(gradient);
+  solution.decrease -= solution.step.dot(gradient);
+  solution.covariance = llt.solve(MatrixXd::Identity(size_, size_));
+  solution.objective =
+      log_dets + log_det(llt) + solution.cost - solution.decrease + noise_prior(noise);
+  if (!std::isfinite(solution.objective)) return std::nullopt;
+  return solution;
+}
+
+HandeyeState HandeyeEquations::stepped(const HandeyeProblem& problem, const HandeyeState& state,
+                                       const RobotNoise& noise, const VectorXd& step) const {
+  const Vector6d weights = noise.weights();
+  HandeyeState next = state;
+  next.places.mount_from_camera = retract(state.places.mount_from_camera, step.head<6>());
+  next.places.holder_from_board = retract(state.places.holder_from_board, step.segment<6>(6));
+  if (problem.with_time) next.time_offset_s += step[12];
+  for (std::size_t i = 0; i < views_.size(); ++i) {
+    const OfView& view = views_[i];
+    Square6 own = view.information;
+    own.diagonal() += weights;
+    const Vector6d right =
+        view.gradient + weights.cwiseProduct(view.error) + coupling(view, weights) * step;
+    next.base_from_hand[i] =
+        retract(state.base_from_hand[i], -Eigen::LLT<Square6>(own).solve(right));
+  }
+  return next;
+}
+
+MatrixXd HandeyeEquations::response_to_lens(const RobotNoise& noise,
+                                            const MatrixXd& covariance) const {
+  const Vector6d weights = noise.weights();
+  MatrixXd sum = MatrixXd::Zero(size_, views_.empty() ? 0 : views_.front().by_lens.cols());
+  for (const OfView& view : views_) {
+    Square6 own = view.information;
+    own.diagonal() += weights;
+    sum += view.shared_by_lens -
+           coupling(view, weights).transpose() * Eigen::LLT<Square6>(own).solve(view.by_lens);
+  }
+  return -covariance * sum;
+}
+
+}  // namespace tagcal::internal

@@ -1,0 +1,113 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "tagcal/estimate/handeye/handeye_chain.hpp"
+
+namespace tagcal::internal {
+
+// The bundle of a hand-eye calibration: both places, all robot poses, and one offset of time
+// minimise
+//   sum |whitened residuals of the corners|^2 + sum |error of a robot pose|^2 by its noise,
+// and the noise itself maximises the likelihood with all of these integrated out (restricted
+// maximum likelihood), by Laplace's approximation.
+
+// Standard deviations of a robot's pose per axis.
+struct RobotNoise {
+  double sigma_rad = 0, sigma_m = 0;
+
+  Vector6d weights() const;
+};
+
+struct HandeyeProblem {
+  CameraMount mount = CameraMount::hand;
+  UncertainCamera camera;
+  std::vector<HandeyeSight> sights;
+  HandeyeScale scale;
+  bool with_time = false;  // the offset is a parameter: sights have velocities
+
+  Eigen::Index num_shared() const { return with_time ? 13 : 12; }
+};
+
+struct HandeyeState {
+  HandeyePlaces places;
+  std::vector<Pose> base_from_hand;  // by sight
+  double time_offset_s = 0;
+};
+
+// The normal equations at a state, without the robot's noise. Parameters that the views share:
+// (omega, tau) of mount_from_camera and of holder_from_board, and the offset.
+class HandeyeEquations {
+ public:
+  // No value if a corner is outside of the lens' domain.
+  static std::optional<HandeyeEquations> at(const HandeyeProblem& problem,
+                                            const HandeyeState& state);
+
+  struct Solution {
+    double objective = 0;  // -2 log of the restricted likelihood, with the prior of the noise
+    double cost = 0;       // sum of squares at the state, not after the step
+    double decrease = 0;   // of it, by the step
+    Eigen::VectorXd step;  // of the shared parameters
+    Eigen::MatrixXd covariance;
+  };
+  // No value if the equations are singular.
+  std::optional<Solution> solve(const RobotNoise& noise) const;
+  HandeyeState stepped(const HandeyeProblem& problem, const HandeyeState& state,
+                       const RobotNoise& noise, const Eigen::VectorXd& step) const;
+  // The step of the shared parameters by the lens' free parameters.
+  Eigen::MatrixXd response_to_lens(const RobotNoise& noise,
+                                   const Eigen::MatrixXd& covariance) const;
+
+ private:
+  using Shared = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 13, 1>;
+  using SixByShared = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, 13>;
+  struct OfView {
+    Matrix6 information = Matrix6::Zero();  // of the robot's pose, by the corners
+    SixByShared by_shared;                  // robot's pose, shared parameters
+    Vector6d gradient;
+    Vector6d error;  // of the robot's pose
+    Vector6d velocity;
+    Eigen::MatrixXd by_lens;         // robot's pose, lens
+    Eigen::MatrixXd shared_by_lens;  // shared parameters, lens
+  };
+  void add(const HandeyeProblem& problem, const HandeyeState& state, std::size_t view,
+           const Eigen::MatrixXd& gram);
+  SixByShared coupling(const OfView& view, const Vector6d& weights) const;
+
+  Eigen::Index size_ = 12;
+  std::vector<OfView> views_;
+  Eigen::MatrixXd shared_;           // information of the shared parameters, by corners and priors
+  Eigen::VectorXd shared_gradient_;  // as `gradient`
+  double corners_cost_ = 0;
+};
+
+// The noise that maximises the restricted likelihood of the equations, from `start`; and the
+// covariance of the logarithms (rad, m).
+struct NoiseEstimate {
+  RobotNoise noise;
+  Eigen::Matrix2d log_covariance = Eigen::Matrix2d::Zero();
+};
+std::optional<NoiseEstimate> estimate_noise(const HandeyeEquations& equations,
+                                            const RobotNoise& start);
+
+// The covariance of the shared parameters at a state, with that of the lens.
+std::optional<Eigen::MatrixXd> covariance_at(const HandeyeProblem& problem,
+                                             const HandeyeState& state, const RobotNoise& noise);
+
+struct HandeyeMinimum {
+  HandeyeState state;
+  NoiseEstimate noise;
+  bool converged = false;
+  Eigen::MatrixXd covariance;  // of the shared parameters, with that of the lens, not widened
+  // Degrees of freedom of that covariance (Satterthwaite 1946), for mount_from_camera.
+  double degrees_of_freedom = 0;
+};
+std::optional<HandeyeMinimum> minimise_bundle(const HandeyeProblem& problem, HandeyeState start,
+                                              const RobotNoise& noise);
+
+// The error of a robot's pose at a state (`retract` of what the robot says).
+Vector6d robot_error(const HandeyeProblem& problem, const HandeyeState& state, std::size_t view);
+
+}  // namespace tagcal::internal

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <numbers>
+#include <vector>
+
+#include "tagcal/estimate/handeye_types.hpp"
+#include "tagcal/estimate/pose/reprojection.hpp"
+
+namespace tagcal::internal {
+
+constexpr double kDegrees = 180 / std::numbers::pi;
+
+// What a hand-eye calibration estimates, besides the robot's poses.
+struct HandeyePlaces {
+  Pose mount_from_camera, holder_from_board;
+};
+
+// The robot's pose between mount and holder (handeye_types.hpp).
+inline Pose mount_from_holder(CameraMount mount, const Pose& base_from_hand) {
+  return mount == CameraMount::base ? base_from_hand : base_from_hand.inverse();
+}
+
+inline Pose camera_from_board(const HandeyePlaces& places, CameraMount mount,
+                              const Pose& base_from_hand) {
+  return places.mount_from_camera.inverse() * mount_from_holder(mount, base_from_hand) *
+         places.holder_from_board;
+}
+
+// The steps (`retract`) of camera_from_board by those of the two places and of base_from_hand, to
+// first order.
+struct HandeyeSteps {
+  Matrix6 by_camera, by_board, by_robot;
+
+  HandeyeSteps(const HandeyePlaces& places, CameraMount mount, const Pose& base_from_hand);
+};
+
+// A view whose corners, with a noise of 1, determine its pose.
+struct HandeyeSight {
+  ViewProblem corners;
+  std::vector<Pose> own;  // camera_from_board by the corners alone, the likeliest first
+  Pose base_from_hand;    // as the robot says
+  // The step of base_from_hand by the time of the view (1/s); zero without a path.
+  Vector6d velocity = Vector6d::Zero();
+};
+
+// How far the robot's poses are from what the pictures say.
+struct HandeyeScale {
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();  // of the board's corners, in its frame
+  double distance_m = 1;                             // median, from the camera
+};
+
+// Disagreement of a view: the root of the squared displacement of the board's centre and of the
+// rotation, times the board's distance. An error of the robot's rotation counts alike in both.
+double disagreement_m(const HandeyePlaces& places, CameraMount mount, const HandeyeScale& scale,
+                      const Pose& camera_from_board, const Pose& base_from_hand);
+
+}  // namespace tagcal::internal

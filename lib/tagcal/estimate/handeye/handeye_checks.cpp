@@ -1,0 +1,110 @@
+#include "tagcal/estimate/handeye/handeye_checks.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "tagcal/estimate/findings.hpp"
+#include "tagcal/estimate/policy/handeye_policy.hpp"
+#include "tagcal/solvers/numeric/statistics.hpp"
+
+namespace tagcal::internal {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+// Principal standard deviations of a block of a covariance, ascending, with their axes.
+struct Principal {
+  Vector3d sigma;
+  Matrix3d axes;
+  explicit Principal(const Matrix3d& covariance) {
+    const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(covariance);
+    sigma = eigen.eigenvalues().cwiseMax(0).cwiseSqrt();
+    axes = eigen.eigenvectors();
+  }
+};
+
+std::string axis_text(Vector3d axis) {
+  Eigen::Index largest = 0;
+  axis.cwiseAbs().maxCoeff(&largest);
+  if (axis[largest] < 0) axis = -axis;
+  constexpr double kShown = 0.005;  // numeric: shown as 0.00 without a sign
+  for (double& x : axis)
+    if (std::abs(x) < kShown) x = 0;
+  return fmt::format("({:.2f}, {:.2f}, {:.2f})", axis.x(), axis.y(), axis.z());
+}
+
+const char* mount_name(CameraMount mount) { return mount == CameraMount::hand ? "hand" : "base"; }
+
+}  // namespace
+
+double AxisSpread::spread_rad() const { return std::atan2(rms_rad[1], rms_rad[0]); }
+
+AxisSpread axis_spread(std::span<const Pose> poses) {
+  Matrix3d sum = Matrix3d::Zero();
+  for (const Pose& p : poses) sum += p.rotation_matrix();
+  AxisSpread spread;
+  // Views in opposite directions have a mean of rank 1 or 0.
+  constexpr double kFlat = 1e-6;  // numeric: any mean will do
+  const Vector3d size = sum.jacobiSvd().singularValues();
+  const Eigen::Quaterniond mean = size[1] > kFlat * static_cast<double>(poses.size())
+                                      ? nearest_rotation(sum)
+                                      : poses.front().rotation();
+  Matrix3d scatter = Matrix3d::Zero();
+  for (const Pose& p : poses) {
+    const Vector3d v = log_rotation(p.rotation() * mean.conjugate());
+    scatter += v * v.transpose() / static_cast<double>(poses.size());
+  }
+  const Principal principal(scatter);
+  spread.rms_rad = principal.sigma.reverse();
+  spread.in_camera = principal.axes.rowwise().reverse();
+  return spread;
+}
+
+double widening(double degrees_of_freedom) {
+  constexpr int kParameters = 6;
+  constexpr double kQuantile95 = 1.645;  // numeric: of the normal distribution, one-sided
+  constexpr double kLeast = 1.0;         // of freedoms: below, F has no width to speak of
+  constexpr int kHalvings = 40;
+  const double freedoms = std::max(kLeast, degrees_of_freedom);
+  double low = 1, high = 1e4;
+  for (int i = 0; i < kHalvings; ++i) {
+    const double middle = std::sqrt(low * high);
+    (variance_ratio_score(middle, kParameters, freedoms) < kQuantile95 ? low : high) = middle;
+  }
+  return std::max(1.0, low * kParameters / chi_square_quantile(kParameters, kQuantile95));
+}
+
+void check_determined(const AxisSpread& axes, const HandeyeScale& scale, HandeyeEstimate& answer) {
+  const Principal place(answer.camera_covariance.bottomRightCorner<3, 3>());
+  const Principal turn(answer.camera_covariance.topLeftCorner<3, 3>());
+  const double most = policy::kHandeyeRefused * scale.distance_m;
+  const auto unknown = (place.sigma.array() > most).count();
+  const bool unknown_turn = turn.sigma[2] > policy::kHandeyeRefusedRad;
+  if (unknown == 0 && !unknown_turn) return;
+  const char* const mount = mount_name(answer.mount);
+  if (axes.rms_rad[0] < policy::kLeastHandeyeTurn) {
+    add(answer.findings, code::no_rotation,
+        fmt::format("the camera turns by {:.2g} deg from view to view (RMS): its translation in "
+                    "the {} is unknown. Turn the hand by 30 degrees or more, about two axes",
+                    kDegrees * axes.rms_rad[0], mount));
+  } else if (axes.spread_rad() < policy::kLeastAxisSpread) {
+    const Vector3d axis = answer.mount_from_camera.rotation() * axes.in_camera.col(0);
+    add(answer.findings, code::rotation_axes_parallel,
+        fmt::format("all rotations are about one axis, {} in the {} (spread {:.2g} deg): the "
+                    "camera's place along it is unknown (sd {:.2g} m). Turn the hand about "
+                    "another axis, too, by 30 degrees or more",
+                    axis_text(axis), mount, kDegrees * axes.spread_rad(), place.sigma[2]));
+  } else {
+    add(answer.findings, code::degenerate,
+        fmt::format("the poses do not determine the camera in the {}: sd {:.2g} m and {:.2g} deg. "
+                    "Take more poses, turned by 30 degrees or more about different axes",
+                    mount, place.sigma[2], kDegrees * turn.sigma[2]));
+  }
+}
+
+}  // namespace tagcal::internal

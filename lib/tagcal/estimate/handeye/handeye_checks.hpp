@@ -1,0 +1,26 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+
+#include "tagcal/estimate/handeye/handeye_bundle.hpp"
+
+namespace tagcal::internal {
+
+// The rotations of the camera from view to view, about the mean of their poses.
+struct AxisSpread {
+  Eigen::Vector3d rms_rad = Eigen::Vector3d::Zero();        // principal ones, the largest first
+  Eigen::Matrix3d in_camera = Eigen::Matrix3d::Identity();  // their axes, by column
+
+  double spread_rad() const;  // HandeyeEstimate::axis_spread_rad
+};
+AxisSpread axis_spread(std::span<const Pose> camera_from_board);
+
+// What chance and few degrees of freedom do to a covariance: the factor by which its 95 % region of
+// six parameters, by chi-square, becomes that of Fisher's F.
+double widening(double degrees_of_freedom);
+
+// Adds what refuses the answer: places that the views do not determine.
+void check_determined(const AxisSpread& axes, const HandeyeScale& scale, HandeyeEstimate& answer);
+
+}  // namespace tagcal::internal

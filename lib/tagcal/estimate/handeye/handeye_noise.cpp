@@ -1,0 +1,163 @@
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "tagcal/estimate/handeye/handeye_bundle.hpp"
+
+namespace tagcal::internal {
+namespace {
+
+using Eigen::Matrix2d;
+using Eigen::MatrixXd;
+using Eigen::Vector2d;
+
+RobotNoise times(const RobotNoise& noise, const Vector2d& log_factor) {
+  return {noise.sigma_rad * std::exp(log_factor[0]), noise.sigma_m * std::exp(log_factor[1])};
+}
+
+constexpr double kLogStep = 0.1;  // numeric: of differences, of a logarithm
+
+// Gradient and Hessian of the objective by the logarithms of the noise, by differences.
+struct Curvature {
+  double value = 0;
+  Vector2d gradient;
+  Matrix2d hessian;  // with positive eigenvalues
+};
+std::optional<Curvature> curvature(const HandeyeEquations& equations, const RobotNoise& noise) {
+  double f[3][3];
+  for (int i = -1; i <= 1; ++i)
+    for (int k = -1; k <= 1; ++k) {
+      const auto solved = equations.solve(times(noise, kLogStep * Vector2d(i, k)));
+      if (!solved) return std::nullopt;
+      f[i + 1][k + 1] = solved->objective;
+    }
+  constexpr double kSquare = kLogStep * kLogStep;
+  Curvature c{f[1][1], {f[2][1] - f[0][1], f[1][2] - f[1][0]}, {}};
+  c.gradient /= 2 * kLogStep;
+  const double mixed = (f[2][2] - f[2][0] - f[0][2] + f[0][0]) / (4 * kSquare);
+  c.hessian << (f[2][1] - 2 * f[1][1] + f[0][1]) / kSquare, mixed, mixed,
+      (f[1][2] - 2 * f[1][1] + f[1][0]) / kSquare;
+  const Eigen::SelfAdjointEigenSolver<Matrix2d> eigen(c.hessian);
+  constexpr double kLeast = 0.1;  // numeric: a quarter of the prior's curvature
+  c.hessian = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(kLeast).asDiagonal() *
+              eigen.eigenvectors().transpose();
+  return c;
+}
+
+// Logarithm of the variance of the camera's place, in the geometric mean of its six parameters.
+double log_scale(const HandeyeEquations& equations, const RobotNoise& noise) {
+  const auto solved = equations.solve(noise);
+  if (!solved) return 0;
+  return std::log(solved->covariance.topLeftCorner<6, 6>().determinant()) / 6;
+}
+
+// The variance of the logarithm of a mean square of k degrees of freedom is 2 / k, nearly.
+double freedoms(const HandeyeEquations& equations, const NoiseEstimate& found) {
+  Vector2d by_noise;
+  for (int i = 0; i < 2; ++i) {
+    const Vector2d step = kLogStep * Vector2d::Unit(i);
+    by_noise[i] = (log_scale(equations, times(found.noise, step)) -
+                   log_scale(equations, times(found.noise, -step))) /
+                  (2 * kLogStep);
+  }
+  const double variance = by_noise.dot(found.log_covariance * by_noise);
+  constexpr double kMost = 1e6;  // numeric: without robot noise
+  return std::min(kMost, 2 / std::max(variance, 1 / kMost));
+}
+
+// The state after a step, which is halved until it does not raise the cost.
+std::optional<HandeyeState> advanced(const HandeyeProblem& problem, const HandeyeState& state,
+                                     const HandeyeEquations& equations, const RobotNoise& noise,
+                                     const HandeyeEquations::Solution& solved) {
+  HandeyeState next = equations.stepped(problem, state, noise, solved.step);
+  constexpr int kHalvings = 6;
+  constexpr double kRounding = 1e-9;  // numeric: of the cost
+  for (int i = 0; i < kHalvings; ++i) {
+    const auto there = HandeyeEquations::at(problem, next);
+    const auto cost = there ? there->solve(noise) : std::nullopt;
+    if (cost && cost->cost <= solved.cost * (1 + kRounding) + kRounding) return next;
+    // Between the last two states.
+    const auto between = [](const Pose& from, const Pose& to) {
+      return retract(from, 0.5 * minus(to, from));  // numeric: a half
+    };
+    next.places.mount_from_camera =
+        between(state.places.mount_from_camera, next.places.mount_from_camera);
+    next.places.holder_from_board =
+        between(state.places.holder_from_board, next.places.holder_from_board);
+    for (std::size_t k = 0; k < next.base_from_hand.size(); ++k)
+      next.base_from_hand[k] = between(state.base_from_hand[k], next.base_from_hand[k]);
+    next.time_offset_s = (state.time_offset_s + next.time_offset_s) / 2;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<NoiseEstimate> estimate_noise(const HandeyeEquations& equations,
+                                            const RobotNoise& start) {
+  constexpr int kSteps = 8;
+  constexpr double kLargestStep = 1.5;  // numeric: of a logarithm
+  constexpr double kSmallStep = 0.02;   // numeric: 2 % of a standard deviation
+  NoiseEstimate found{start, {}};
+  auto at = curvature(equations, start);
+  for (int i = 0; at && i < kSteps; ++i) {
+    found.log_covariance = 2 * at->hessian.inverse();
+    Vector2d step = -at->hessian.inverse() * at->gradient;
+    step *= std::min(1.0, kLargestStep / std::max(step.norm(), kLargestStep));
+    if (step.norm() < kSmallStep) break;
+    auto next = curvature(equations, times(found.noise, step));
+    if (next && next->value > at->value) {
+      step /= 4;
+      next = curvature(equations, times(found.noise, step));
+      if (next && next->value > at->value) break;
+    }
+    found.noise = times(found.noise, step);
+    at = next;
+  }
+  if (!at) return std::nullopt;
+  return found;
+}
+
+std::optional<MatrixXd> covariance_at(const HandeyeProblem& problem, const HandeyeState& state,
+                                      const RobotNoise& noise) {
+  const auto equations = HandeyeEquations::at(problem, state);
+  const auto solved = equations ? equations->solve(noise) : std::nullopt;
+  if (!solved) return std::nullopt;
+  if (!problem.camera.model || problem.camera.covariance.size() == 0) return solved->covariance;
+  const MatrixXd response = equations->response_to_lens(noise, solved->covariance);
+  return MatrixXd(solved->covariance + response * problem.camera.covariance * response.transpose());
+}
+
+std::optional<HandeyeMinimum> minimise_bundle(const HandeyeProblem& problem, HandeyeState start,
+                                              const RobotNoise& noise) {
+  HandeyeMinimum result{std::move(start), {noise, {}}, false, {}, 0};
+  auto equations = HandeyeEquations::at(problem, result.state);
+  constexpr int kIterations = 20;
+  constexpr double kSmallStep = 1e-4;  // numeric: squared, in standard deviations
+  for (int i = 0; equations && i < kIterations && !result.converged; ++i) {
+    const RobotNoise before = result.noise.noise;
+    const auto found = estimate_noise(*equations, before);
+    if (!found) return std::nullopt;
+    result.noise = *found;
+    const auto solved = equations->solve(found->noise);
+    if (!solved) return std::nullopt;
+    const auto next = advanced(problem, result.state, *equations, found->noise, *solved);
+    const bool small = solved->decrease < kSmallStep * static_cast<double>(problem.sights.size());
+    if (next) {
+      result.state = *next;
+      equations = HandeyeEquations::at(problem, result.state);
+    }
+    constexpr double kSame = 0.05;  // numeric: of a logarithm
+    result.converged = (small || !next) &&
+                       std::abs(std::log(found->noise.sigma_m / before.sigma_m)) < kSame &&
+                       std::abs(std::log(found->noise.sigma_rad / before.sigma_rad)) < kSame;
+    if (!next && !result.converged && i > 2) break;
+  }
+  const auto covariance = covariance_at(problem, result.state, result.noise.noise);
+  if (!equations || !covariance) return std::nullopt;
+  result.covariance = *covariance;
+  result.degrees_of_freedom = freedoms(*equations, result.noise);
+  return result;
+}
+
+}  // namespace tagcal::internal

@@ -1,0 +1,117 @@
+#include "tagcal/estimate/handeye/handeye_report.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tagcal/estimate/findings.hpp"
+#include "tagcal/estimate/policy/handeye_policy.hpp"
+
+namespace tagcal::internal {
+namespace {
+
+using Eigen::Vector3d;
+
+void report_places(const HandeyeMinimum& minimum, HandeyeEstimate& answer) {
+  answer.mount_from_camera = minimum.state.places.mount_from_camera;
+  answer.holder_from_board = minimum.state.places.holder_from_board;
+  answer.degrees_of_freedom = minimum.degrees_of_freedom;
+  const Eigen::MatrixXd covariance = widening(minimum.degrees_of_freedom) * minimum.covariance;
+  answer.covariance = covariance.topLeftCorner<12, 12>();
+  answer.camera_covariance = covariance.topLeftCorner<6, 6>();
+  answer.board_covariance = covariance.block<6, 6>(6, 6);
+  const RobotNoise& noise = minimum.noise.noise;
+  answer.robot_sigma_rad = noise.sigma_rad;
+  answer.robot_sigma_m = noise.sigma_m;
+  answer.robot_sigma_rad_share = std::sqrt(minimum.noise.log_covariance(0, 0));
+  answer.robot_sigma_m_share = std::sqrt(minimum.noise.log_covariance(1, 1));
+}
+
+double rms_px(const HandeyeSight& sight, const Lens& lens, const Pose& camera_from_board) {
+  const auto& corners = sight.corners.correspondences;
+  double squares = 0;
+  for (const Eigen::Vector2d& r :
+       residuals_px({corners.data(), corners.size()}, lens, camera_from_board))
+    squares += r.squaredNorm();
+  return std::sqrt(squares / static_cast<double>(corners.size()));
+}
+
+HandeyeViewFit fit_of(const HandeyeSights& sights, const HandeyeMinimum& minimum, std::size_t i) {
+  const HandeyeProblem& problem = sights.problem();
+  const Vector6d error = robot_error(problem, minimum.state, i);
+  HandeyeViewFit fit;
+  fit.view = sights.view_of(i);
+  fit.base_from_hand = minimum.state.base_from_hand[i];
+  fit.error_rad = error.head<3>().norm();
+  fit.error_m = error.tail<3>().norm();
+  fit.score = std::sqrt(error.cwiseAbs2().dot(minimum.noise.noise.weights()) / 6);
+  fit.rms_px = rms_px(problem.sights[i], problem.camera.camera.lens,
+                      camera_from_board(minimum.state.places, problem.mount, fit.base_from_hand));
+  return fit;
+}
+
+double spread_m(const HandeyeProblem& problem, const HandeyePlaces& places) {
+  std::vector<Vector3d> centres;
+  Vector3d mean = Vector3d::Zero();
+  const auto n = static_cast<double>(problem.sights.size());
+  for (const HandeyeSight& s : problem.sights) {
+    const Pose holder_from_mount = mount_from_holder(problem.mount, s.base_from_hand).inverse();
+    centres.push_back(holder_from_mount *
+                      (places.mount_from_camera * (s.own[0] * problem.scale.centre)));
+    mean += centres.back() / n;
+  }
+  double squares = 0;
+  for (const Vector3d& c : centres) squares += (c - mean).squaredNorm() / n;
+  return std::sqrt(squares);
+}
+
+void report_views(const HandeyeSights& sights, const HandeyeMinimum& minimum,
+                  HandeyeEstimate& answer) {
+  double squares = 0;
+  for (std::size_t i = 0; i < sights.problem().sights.size(); ++i) {
+    answer.views.push_back(fit_of(sights, minimum, i));
+    const auto n = static_cast<int>(sights.problem().sights[i].corners.correspondences.size());
+    answer.num_corners += n;
+    squares += n * answer.views.back().rms_px * answer.views.back().rms_px;
+  }
+  answer.rms_px = std::sqrt(squares / std::max(1, answer.num_corners));
+  answer.board_spread_m = spread_m(sights.problem(), minimum.state.places);
+}
+
+void add_warnings(const HandeyeSights& sights, HandeyeEstimate& answer) {
+  if (!answer.rejected.empty())
+    add(answer.findings, code::view_rejected,
+        fmt::format("the robot's poses of {} views contradict the others by more than {} times the "
+                    "median and are not used, the first is that of {}",
+                    answer.rejected.size(), policy::kRobotOutlier,
+                    sights.image_of(answer.rejected.front())));
+  if (answer.degrees_of_freedom < policy::kFewRobotFreedoms)
+    add(answer.findings, code::few_views,
+        fmt::format("{} poses hardly tell the robot's noise ({:.1f} degrees of freedom): the "
+                    "standard deviations are wider for it. Take ten poses or more",
+                    answer.views.size(), answer.degrees_of_freedom));
+  if (sights.problem().camera.covariance.size() == 0)
+    add(answer.findings, code::lens_without_covariance,
+        "the camera has no covariance: its lens is taken as exact, and the standard deviations do "
+        "not include its errors");
+}
+
+}  // namespace
+
+void report_minimum(const HandeyeSights& sights, const HandeyeMinimum& minimum,
+                    HandeyeEstimate& answer) {
+  std::vector<Pose> seen;
+  for (const HandeyeSight& s : sights.problem().sights) seen.push_back(s.own[0]);
+  const AxisSpread axes = axis_spread(seen);
+  answer.axis_spread_rad = axes.spread_rad();
+  answer.rotation_rad = axes.rms_rad[0];
+  report_places(minimum, answer);
+  report_views(sights, minimum, answer);
+  check_determined(axes, sights.problem().scale, answer);
+  if (!minimum.converged)
+    add(answer.findings, code::not_converged, "the bundle stopped before it reached a minimum");
+  add_warnings(sights, answer);
+}
+
+}  // namespace tagcal::internal

@@ -1,0 +1,140 @@
+#include "tagcal/estimate/handeye/handeye_sights.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tagcal/estimate/calibration/calibration_fit.hpp"
+#include "tagcal/estimate/findings.hpp"
+#include "tagcal/estimate/policy/policy.hpp"
+#include "tagcal/solvers/numeric/statistics.hpp"
+
+namespace tagcal::internal {
+namespace {
+
+// The noise of the corners by the residuals of all views.
+double common_sigma_px(std::span<const SeenView> views, std::vector<Finding>& findings) {
+  double squares = 0, freedoms = 0;
+  for (const SeenView& v : views) {
+    if (!is_answer(v.own.status)) continue;
+    const auto n = static_cast<double>(v.corners.size() - v.own.outliers.size());
+    squares += n * v.own.hypotheses[0].rms_px * v.own.hypotheses[0].rms_px;
+    freedoms += 2 * n - 6;
+  }
+  if (freedoms >= policy::kEnoughDegreesOfFreedom)
+    return std::max(kLeastNoisePx, std::sqrt(squares / freedoms));
+  add(findings, code::noise_assumed,
+      fmt::format("the corners are too few to estimate their noise: {} px is assumed",
+                  policy::kAssumedSigmaPx));
+  return policy::kAssumedSigmaPx;
+}
+
+void say_unusable(std::span<const SeenView> views, std::vector<Finding>& findings) {
+  const auto has_none = [](const SeenView& v) { return !is_answer(v.own.status); };
+  const auto n = std::ranges::count_if(views, has_none);
+  if (n == 0) return;
+  add(findings, code::view_unusable,
+      fmt::format("{} of {} views have no pose of their own and are not used, the first is {}", n,
+                  views.size(), std::ranges::find_if(views, has_none)->image));
+}
+
+}  // namespace
+
+HandeyeSights::HandeyeSights(std::vector<SeenView> views, const UncertainCamera& camera,
+                             const HandeyeOptions& options, HandeyeEstimate& answer)
+    : views_(std::move(views)), options_(options) {
+  problem_.mount = options.mount;
+  problem_.camera = camera;
+  const bool whitened =
+      std::ranges::any_of(views_, [](const SeenView& v) { return !v.covariance_px2.empty(); });
+  if (options.sigma_px > 0)
+    sigma_px_ = options.sigma_px;
+  else if (!whitened)
+    sigma_px_ = common_sigma_px(views_, answer.findings);
+  answer.sigma_px = sigma_px_;
+  set_scale();
+  say_unusable(views_, answer.findings);
+  gather(0);
+}
+
+void HandeyeSights::set_scale() {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double n = 0;
+  for (const SeenView& v : views_)
+    for (const Correspondence& c : v.corners) {
+      sum += c.point;
+      ++n;
+    }
+  if (n > 0) problem_.scale.centre = sum / n;
+  std::vector<double> distances;
+  for (const SeenView& v : views_)
+    if (is_answer(v.own.status))
+      distances.push_back((v.own.camera_from_target() * problem_.scale.centre).norm());
+  if (!distances.empty()) problem_.scale.distance_m = median(distances);
+}
+
+void HandeyeSights::gather(double time_offset_s) {
+  problem_.sights.clear();
+  index_.clear();
+  rejected_.clear();
+  unusable_.clear();
+  for (std::size_t i = 0; i < views_.size(); ++i) {
+    auto sight = sight_of(views_[i], time_offset_s);
+    if (!sight) {
+      unusable_.push_back(i);
+      continue;
+    }
+    problem_.sights.push_back(*std::move(sight));
+    index_.push_back(i);
+  }
+}
+
+void HandeyeSights::keep(std::span<const std::uint8_t> takes_part) {
+  std::vector<HandeyeSight> sights;
+  std::vector<std::size_t> index;
+  for (std::size_t i = 0; i < index_.size(); ++i) {
+    if (!takes_part[i]) {
+      rejected_.push_back(index_[i]);
+      continue;
+    }
+    sights.push_back(std::move(problem_.sights[i]));
+    index.push_back(index_[i]);
+  }
+  problem_.sights = std::move(sights);
+  index_ = std::move(index);
+}
+
+std::vector<HandeyePair> HandeyeSights::pairs() const {
+  std::vector<HandeyePair> pairs;
+  for (const HandeyeSight& s : problem_.sights) pairs.push_back({s.own[0], s.base_from_hand});
+  return pairs;
+}
+
+std::optional<HandeyeSight> HandeyeSights::sight_of(const SeenView& view,
+                                                    double time_offset_s) const {
+  if (!is_answer(view.own.status)) return std::nullopt;
+  HandeyeSight sight;
+  sight.base_from_hand = view.base_from_hand;
+  if (options_.path) {
+    constexpr double kStep = 1e-3;  // numeric: s, of a difference
+    const double time = *view.time_s + time_offset_s;
+    const auto here = hand_at(*options_.path, time);
+    const auto before = hand_at(*options_.path, time - kStep);
+    const auto after = hand_at(*options_.path, time + kStep);
+    if (!here || !before || !after) return std::nullopt;
+    sight.base_from_hand = *here;
+    sight.velocity = minus(*after, *before) / (2 * kStep);
+  }
+  const bool whitened = !view.covariance_px2.empty() && !(options_.sigma_px > 0);
+  sight.corners =
+      inlier_view(view.corners, whitened ? view.covariance_px2 : std::span<const Matrix2>(),
+                  view.own.outliers, sigma_px_);
+  // Residuals that contradict the corners' covariances raise them (fit_pose_robustly).
+  if (whitened && view.own.sigma_px > 1)
+    for (Matrix2& w : sight.corners.whitening.own()) w /= view.own.sigma_px;
+  for (const PoseHypothesis& h : view.own.hypotheses) sight.own.push_back(h.camera_from_target);
+  return sight;
+}
+
+}  // namespace tagcal::internal

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "tagcal/estimate/handeye/handeye_chain.hpp"
+
+namespace tagcal::internal {
+
+// Poses of a board and of the hand at the same time.
+struct HandeyePair {
+  Pose camera_from_board;
+  Pose base_from_hand;
+};
+
+struct HandeyeStart {
+  HandeyePlaces places;
+  std::vector<double> disagreements_m;  // by view
+  double rms_m = 0;
+};
+
+// Places in closed form from all views: from their motions (motion_start) or, if that fits better,
+// from the directions of their translations, as those of a hand that does not turn. No value for
+// fewer than three views, and for views that are all the same.
+std::optional<HandeyeStart> closed_form_places(std::span<const HandeyePair> views,
+                                               CameraMount mount, const HandeyeScale& scale);
+
+// The same, robust: of all views and of triples the one of the least median disagreement, then of
+// the views within policy::kRobotOutlier medians. `takes_part` is by view.
+struct RobustHandeyeStart {
+  HandeyePlaces places;
+  std::vector<std::uint8_t> takes_part;
+};
+std::optional<RobustHandeyeStart> robust_places(std::span<const HandeyePair> views,
+                                                CameraMount mount, const HandeyeScale& scale);
+
+}  // namespace tagcal::internal

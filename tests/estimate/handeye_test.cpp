@@ -1,0 +1,225 @@
+#include "tagcal/estimate/handeye.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "study/tasks/handeye_tasks.hpp"
+#include "tagcal/error.hpp"
+
+namespace tagcal {
+namespace {
+
+using study::draw_handeye;
+using study::HandeyeKind;
+using study::HandeyeTask;
+using study::RobotMistake;
+
+HandeyeTask task_of(const HandeyeKind& kind, std::uint64_t seed) {
+  Random random(seed, 3);
+  return draw_handeye(kind, random);
+}
+
+HandeyeEstimate estimate(const HandeyeTask& task, HandeyeOptions options = {}) {
+  options.mount = task.mount;
+  return calibrate_handeye(task.views, task.camera, options);
+}
+
+std::string all_sentences(const HandeyeEstimate& answer) {
+  std::string all;
+  for (const Finding& f : answer.findings) all += f.code + ": " + f.sentence + "\n";
+  return all;
+}
+
+bool has(const HandeyeEstimate& answer, std::string_view code) {
+  return std::ranges::any_of(answer.findings, [&](const Finding& f) { return f.code == code; });
+}
+
+double nees(const HandeyeTask& task, const HandeyeEstimate& answer) {
+  const Vector6d e = minus(task.mount_from_camera, answer.mount_from_camera);
+  const Eigen::Matrix<double, 6, 6> covariance = answer.camera_covariance;
+  return e.dot(covariance.ldlt().solve(e)) / 6;
+}
+
+TEST(Handeye, FindsTheTruthWithoutNoise) {
+  for (const CameraMount mount : {CameraMount::hand, CameraMount::base})
+    for (const int num_poses : {3, 10}) {
+      const HandeyeTask task = task_of({.mount = mount,
+                                        .num_poses = num_poses,
+                                        .robot_sigma_m = 0,
+                                        .robot_sigma_rad = 0,
+                                        .sigma_px = 0,
+                                        .known_lens = true},
+                                       1);
+      const HandeyeEstimate answer = estimate(task);
+      ASSERT_EQ(answer.status, Status::ok) << all_sentences(answer);
+      EXPECT_LT(minus(task.mount_from_camera, answer.mount_from_camera).norm(), 1e-6);
+      EXPECT_LT(minus(task.holder_from_board, answer.holder_from_board).norm(), 1e-6);
+    }
+}
+
+TEST(Handeye, ClaimsWhatItIsOffBy) {
+  double sum = 0, sigma_m = 0, sigma_rad = 0;
+  constexpr int kWorlds = 40;
+  for (int seed = 0; seed < kWorlds; ++seed) {
+    const HandeyeTask task =
+        task_of({.mount = seed % 2 == 0 ? CameraMount::hand : CameraMount::base, .num_poses = 15},
+                100 + static_cast<std::uint64_t>(seed));
+    const HandeyeEstimate answer = estimate(task);
+    ASSERT_EQ(answer.status, Status::ok) << seed << all_sentences(answer);
+    sum += nees(task, answer) / kWorlds;
+    sigma_m += answer.robot_sigma_m / kWorlds;
+    sigma_rad += answer.robot_sigma_rad / kWorlds;
+  }
+  EXPECT_GT(sum, 0.5);
+  EXPECT_LT(sum, 1.3);
+  EXPECT_NEAR(sigma_m, 1e-3, 0.15e-3);
+  EXPECT_NEAR(sigma_rad, 2e-3, 0.3e-3);
+}
+
+// The witness: the best of OpenCV's methods, on the same poses.
+TEST(Handeye, IsNoWorseThanOpenCv) {
+  const auto methods = study::handeye_methods();
+  std::vector<double> squares(methods.size());
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    const HandeyeTask task = task_of({}, 300 + seed);
+    for (std::size_t i = 0; i < methods.size(); ++i) {
+      const auto prepared = methods[i].prepare(task);
+      prepared.solve();
+      const auto answer = prepared.answer();
+      ASSERT_TRUE(answer.mount_from_camera) << methods[i].name;
+      squares[i] +=
+          minus(task.mount_from_camera, *answer.mount_from_camera).tail<3>().squaredNorm();
+    }
+  }
+  EXPECT_LT(squares[0], *std::min_element(squares.begin() + 1, squares.end()));
+  // They solve the same problem: the worst peer is of the same size.
+  EXPECT_LT(*std::min_element(squares.begin() + 1, squares.end()), 16 * squares[0]);
+}
+
+TEST(Handeye, RejectsWrongRobotPoses) {
+  const HandeyeTask task = task_of({.num_poses = 20, .wrong_share = 0.15}, 8);
+  const HandeyeEstimate answer = estimate(task);
+  ASSERT_EQ(answer.status, Status::ok) << all_sentences(answer);
+  EXPECT_GE(answer.rejected.size(), 1u);
+  EXPECT_TRUE(has(answer, "view_rejected"));
+  EXPECT_LT(nees(task, answer), 4);
+}
+
+struct HandeyeCase {
+  const char* name;
+  HandeyeKind kind;
+  Status status;
+};
+
+class HandeyeStatus : public testing::TestWithParam<HandeyeCase> {};
+
+TEST_P(HandeyeStatus, IsSaid) {
+  for (std::uint64_t seed = 20; seed < 24; ++seed) {
+    const HandeyeEstimate answer = estimate(task_of(GetParam().kind, seed));
+    EXPECT_EQ(answer.status, GetParam().status) << seed << all_sentences(answer);
+    EXPECT_EQ(answer.reading.has_value(), answer.status == Status::wrong_direction ||
+                                              GetParam().kind.mistake == RobotMistake::shifted);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Kinds, HandeyeStatus,
+    testing::Values(
+        HandeyeCase{"Parallel", {.axis_spread_rad = 0}, Status::rotation_axes_parallel},
+        HandeyeCase{"NoRotation", {.turn_rad = 0}, Status::no_rotation},
+        HandeyeCase{"Inverse", {.mistake = RobotMistake::inverse}, Status::wrong_direction},
+        HandeyeCase{"Millimetres", {.mistake = RobotMistake::millimetres}, Status::wrong_direction},
+        HandeyeCase{
+            "Quaternions", {.mistake = RobotMistake::quaternion_order}, Status::wrong_direction},
+        HandeyeCase{"Shifted", {.mistake = RobotMistake::shifted}, Status::not_synchronous}),
+    [](const auto& tested) { return tested.param.name; });
+
+TEST(Handeye, GivesTheRestIfTheAxesAreParallel) {
+  const HandeyeTask task = task_of({.axis_spread_rad = 0}, 31);
+  const HandeyeEstimate answer = estimate(task);
+  ASSERT_EQ(answer.status, Status::rotation_axes_parallel);
+  const Vector6d e = minus(task.mount_from_camera, answer.mount_from_camera);
+  EXPECT_LT(e.head<3>().norm(), 0.01);
+  EXPECT_LT(nees(task, answer), 4);
+}
+
+TEST(Handeye, RefusesFewerThanThreePoses) {
+  HandeyeTask task = task_of({.num_poses = 5}, 5);
+  for (HandeyeView& view : task.views) view.base_from_hand = task.views[0].base_from_hand;
+  EXPECT_EQ(estimate(task).status, Status::degenerate);
+  task = task_of({.num_poses = 2}, 5);
+  EXPECT_EQ(estimate(task).status, Status::degenerate);
+  EXPECT_EQ(calibrate_handeye({}, task.camera).status, Status::degenerate);
+}
+
+TEST(Handeye, AdvisesAPoseThatHelps) {
+  const HandeyeEstimate answer = estimate(task_of({.num_poses = 6, .axis_spread_rad = 0.1}, 9));
+  ASSERT_TRUE(answer.next) << all_sentences(answer);
+  EXPECT_LT(answer.next->sigma_m, 0.9 * answer.next->sigma_now_m);
+}
+
+// A path of the robot over time, and pictures 40 ms late.
+struct TimedTask {
+  HandeyeTask task;
+  RobotPath path;
+};
+
+TimedTask timed_task(double late_s) {
+  TimedTask timed{task_of({.num_poses = 12, .robot_sigma_m = 0, .robot_sigma_rad = 0}, 40), {}};
+  Random random(41);
+  // From each pose to the next one in a second; the pictures are taken in the middle of a motion.
+  std::vector<HandeyeView>& views = timed.task.views;
+  RobotPath& path = timed.path;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    Vector6d speed;
+    for (int k = 0; k < 6; ++k) speed[k] = 0.3 * random.normal();
+    for (int step = -10; step <= 10; ++step) {
+      path.times_s.push_back(10.0 * static_cast<double>(i) + 0.05 * step);
+      path.base_from_hand.push_back(retract(views[i].base_from_hand, 0.05 * step * speed));
+    }
+    views[i].time_s = 10.0 * static_cast<double>(i) - late_s;
+  }
+  return timed;
+}
+
+TEST(Handeye, FindsTheOffsetOfTime) {
+  const TimedTask timed = timed_task(0.04);
+  HandeyeOptions options;
+  options.path = timed.path;
+  EXPECT_EQ(estimate(timed.task, options).status, Status::not_synchronous);
+  options.find_time_offset = true;
+  const HandeyeEstimate answer = estimate(timed.task, options);
+  ASSERT_EQ(answer.status, Status::ok) << all_sentences(answer);
+  ASSERT_TRUE(answer.time_offset_s);
+  EXPECT_NEAR(*answer.time_offset_s, 0.04, 5 * answer.sigma_time_offset_s + 1e-6);
+  EXPECT_LT(answer.sigma_time_offset_s, 2e-3);
+  EXPECT_LT(nees(timed.task, answer), 4);
+}
+
+TEST(Handeye, AcceptsClocksThatAgree) {
+  const TimedTask timed = timed_task(0);
+  HandeyeOptions options;
+  options.path = timed.path;
+  const HandeyeEstimate answer = estimate(timed.task, options);
+  EXPECT_EQ(answer.status, Status::ok) << all_sentences(answer);
+}
+
+TEST(Handeye, RefusesBadInput) {
+  HandeyeTask task = task_of({.num_poses = 4}, 5);
+  HandeyeOptions options;
+  options.find_time_offset = true;
+  EXPECT_THROW(estimate(task, options), Error);
+  task.camera.covariance = MatrixX::Zero(2, 2);
+  EXPECT_THROW(estimate(task), Error);
+  task = task_of({.num_poses = 4}, 5);
+  task.views[2].base_from_hand = {Eigen::Quaterniond::Identity(),
+                                  {0, std::numeric_limits<double>::quiet_NaN(), 0}};
+  EXPECT_THROW(estimate(task), Error);
+}
+
+}  // namespace
+}  // namespace tagcal
