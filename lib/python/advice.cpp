@@ -29,7 +29,7 @@ std::optional<AdvisedView> advice(const Dataset& dataset, const Calibration& cal
 }
 
 ViewSelection selection(const Dataset& dataset, const Calibration& calibration, int count) {
-  if (count < 1) throw Error("count: must be > 0, got " + std::to_string(count));
+  check_positive(count, "count");
   check_calibrated(dataset, calibration);
   py::gil_scoped_release release;
   return select_views(dataset, calibration, count);
@@ -101,9 +101,8 @@ void bind_camera_in_target(py::module_& m) {
       .field("gimbal_lock", &CameraInTarget::gimbal_lock,
              "True if the optical axis is along z of the target: azimuth and roll are one valid "
              "choice, and their covariances are NaN.")
-      .field(
-          "covariance", [](const CameraInTarget& c) { return matrix_array(c.covariance); },
-          "(6, 6), of (position, azimuth, elevation, roll), by linearisation.")
+      .field("covariance", &CameraInTarget::covariance,
+             "(6, 6), of (position, azimuth, elevation, roll), by linearisation.")
       .representation([](const CameraInTarget& c) {
         const auto& x = c.position_m;
         return "at (" + number(x[0], 5) + ", " + number(x[1], 5) + ", " + number(x[2], 5) +

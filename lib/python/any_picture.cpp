@@ -8,12 +8,6 @@
 namespace tagcal::python {
 namespace {
 
-template <typename T>
-bool has_type(const py::array& array) {
-  return array.dtype().kind() == 'u' && array.itemsize() == sizeof(T) &&
-         py::isinstance<py::array_t<T>>(array);
-}
-
 // Colour in the memory of numpy: three values a pixel, whole pixels a row.
 template <typename T>
 bool is_in_place(const py::array& array) {
@@ -68,11 +62,6 @@ void check_new_picture(const ImageSize& size, const char* name) {
   } catch (const Error& error) {
     throw Error(std::string(name) + ": " + error.what());
   }
-}
-
-void check_threads(int threads) {
-  if (threads < 0)
-    throw Error("threads: must be >= 0 (0: one per core), got " + std::to_string(threads));
 }
 
 }  // namespace tagcal::python

@@ -26,7 +26,4 @@ class AnyPicture {
 // Throws Error that begins with the name for a side below 1 px and more than 100 megapixels.
 void check_new_picture(const ImageSize& size, const char* name);
 
-// Throws Error for a number below 0.
-void check_threads(int threads);
-
 }  // namespace tagcal::python

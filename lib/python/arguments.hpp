@@ -26,6 +26,13 @@ class Argument : public pybind11::object {
   PYBIND11_OBJECT_DEFAULT(Argument, pybind11::object, is_any)
 };
 
+// Throw Error for numbers out of their range: "exposure: must be > 0, got -1". `zero`: what 0
+// stands for.
+double positive(double value, const char* name);
+double not_negative(double value, const char* name, const char* zero = nullptr);
+void check_positive(int value, const char* name);
+void check_threads(int threads);
+
 // The name of an object's type, for messages.
 inline std::string type_name(pybind11::handle object) {
   return pybind11::cast<std::string>(pybind11::type::handle_of(object).attr("__name__"));

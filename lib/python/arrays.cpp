@@ -14,8 +14,6 @@ namespace {
 
 std::string text(const py::handle& value) { return py::cast<std::string>(py::str(value)); }
 
-std::string shape_text(const py::array& array) { return text(array.attr("shape")); }
-
 [[noreturn]] void throw_shape(const char* name, const std::string& expected,
                               const py::array& array) {
   throw Error(std::string(name) + ": must have the shape " + expected + ", got " +
@@ -51,6 +49,8 @@ bool is_double_array(py::handle object) {
 }
 
 }  // namespace
+
+std::string shape_text(const py::array& array) { return text(array.attr("shape")); }
 
 py::array_t<double> real_array(py::handle argument, const char* name) {
   using Contiguous = py::array_t<double, py::array::c_style | py::array::forcecast>;
@@ -227,13 +227,14 @@ void check_picture(const py::array& array, const char* name, bool colour_too) {
   }
 }
 
-template <typename T>
-bool has_type(const py::array& array) {
-  return array.dtype().kind() == 'u' && array.itemsize() == sizeof(T) &&
-         py::isinstance<py::array_t<T>>(array);
-}
-
 }  // namespace
+
+py::array_t<double> matrix_array(const Eigen::Ref<const Eigen::MatrixXd>& matrix) {
+  py::array_t<double> array({matrix.rows(), matrix.cols()});
+  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  Eigen::Map<RowMajor>(array.mutable_data(), matrix.rows(), matrix.cols()) = matrix;
+  return array;
+}
 
 py::array_t<double> array_of(std::span<const Eigen::Vector2d> rows) { return rows_array(rows); }
 py::array_t<double> array_of(std::span<const Eigen::Vector3d> rows) { return rows_array(rows); }

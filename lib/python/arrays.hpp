@@ -27,6 +27,9 @@ using ArrayLike = Argument<"ArrayLike">;
 // An array that a result is written into; output_array() checks it.
 using OutputArray = Argument<"OutputArray">;
 
+// "(4, 2)", for messages.
+std::string shape_text(const py::array& array);
+
 // An array of float64, contiguous and aligned, of a real dtype before. `name`: of the argument.
 py::array_t<double> real_array(py::handle argument, const char* name);
 
@@ -70,9 +73,19 @@ std::vector<Matrix2> covariances2(py::handle argument, const char* name, std::si
 // An array that a result is written into: C-contiguous, writable float64 of this shape.
 double* output_array(py::handle argument, const char* name, std::span<const py::ssize_t> shape);
 
+// A copy of a matrix as an array (rows, columns).
+py::array_t<double> matrix_array(const Eigen::Ref<const Eigen::MatrixXd>& matrix);
+
 // A copy of vectors as an (N, K) array.
 py::array_t<double> array_of(std::span<const Eigen::Vector2d> rows);
 py::array_t<double> array_of(std::span<const Eigen::Vector3d> rows);
+
+// True for an array of this type of whole numbers.
+template <typename T>
+bool has_type(const py::array& array) {
+  return array.dtype().kind() == 'u' && array.itemsize() == sizeof(T) &&
+         py::isinstance<py::array_t<T>>(array);
+}
 
 // A picture (height, width) of uint8 (or uint16) in the memory of numpy, whose pixels of a row must
 // be contiguous; a copy otherwise. Throws Error for other types, colour (the message says how to

@@ -83,11 +83,7 @@ std::vector<double> tag_sizes(const ArrayLike& argument, std::size_t n) {
   if (!is_one && !(array.ndim() == 1 && array.shape(0) == static_cast<py::ssize_t>(n)))
     throw Error("size: must be a number, or have the shape (" + std::to_string(n) + ",)");
   std::vector<double> sizes(n);
-  for (std::size_t i = 0; i < n; ++i) {
-    sizes[i] = array.data()[is_one ? 0 : i];
-    if (!(sizes[i] > 0) || !std::isfinite(sizes[i]))
-      throw Error("size: must be > 0, got " + number(sizes[i]));
-  }
+  for (std::size_t i = 0; i < n; ++i) sizes[i] = positive(array.data()[is_one ? 0 : i], "size");
   return sizes;
 }
 
@@ -104,7 +100,7 @@ Board tags(const ArrayLike& ids, const ArrayLike& size, const PosesLike& board_f
 }
 
 Board one_tag(double size, int id, const std::string& family, int border_bits) {
-  if (!(size > 0) || !std::isfinite(size)) throw Error("size: must be > 0, got " + number(size));
+  positive(size, "size");
   if (id < 0) throw Error("id: must be >= 0, got " + std::to_string(id));
   return checked({Tags{family, border_bits, {{id, size, Pose()}}}, {}});
 }
@@ -250,7 +246,9 @@ Board board_from_dict(const py::dict& fields) {
   return py::cast<Board>(board.attr("made_of")(**substrate));
 }
 
-void define_board_constructors(py::class_<Board>& board) {
+namespace {
+
+void define_grids(py::class_<Board>& board) {
   board
       .def_static("grid", &grid, py::arg("columns"), py::arg("rows"), py::arg("tag_size"),
                   py::arg("tag_spacing"), py::arg("family") = "tag36h11",
@@ -284,7 +282,14 @@ void define_board_constructors(py::class_<Board>& board) {
           "`asymmetric`: `rows` are `spacing` apart and discs of one row twice that, and "
           "the disc of column c and row r, from above, is at (2 c + r mod 2) spacing. "
           "Origin: the lower left of the grid, x right, y up, z to the viewer; ids row by "
-          "row from below.")
+          "row from below.");
+}
+
+}  // namespace
+
+void define_board_constructors(py::class_<Board>& board) {
+  define_grids(board);
+  board
       .def_static("tag", &one_tag, py::arg("size"), py::arg("id") = 0,
                   py::arg("family") = "tag36h11", py::arg("border_bits") = 1,
                   "One tag of `size` metres from black edge to black edge. Origin: its centre, x "

@@ -116,7 +116,7 @@ void add_substrate(const Substrate& substrate, py::dict& fields) {
 
 namespace {
 
-void define_state(py::class_<Board>& board) {
+void define_points(py::class_<Board>& board) {
   board
       .def_property_readonly("kind", &board_kind,
                              "\"grid\", \"checkerboard\", \"charuco\", \"tags\" or \"points\": "
@@ -146,6 +146,11 @@ void define_state(py::class_<Board>& board) {
       .def_property_readonly(
           "border_bits", [](const Board& b) { return tag_kind(b).value_or(TagKind{}).border_bits; },
           "Width of the tags' border in cells.")
+      .def("__len__", [](const Board& b) { return target_points(b).size(); });
+}
+
+void define_make(py::class_<Board>& board) {
+  board
       .def("made_of", &made_of, py::arg("flatness") = "paper", py::arg("print") = "paper",
            "This board of another make: standard deviations before any picture of its bends and "
            "twist, as a share of its diagonal, and of the share by which its print is longer "
@@ -156,7 +161,6 @@ void define_state(py::class_<Board>& board) {
       .def_property_readonly(
           "print", [](const Board& b) { return name_or_share(b.substrate.print); },
           "\"paper\", \"aluminium\", \"glass\" or a share: see `made_of`.")
-      .def("__len__", [](const Board& b) { return target_points(b).size(); })
       .def("to_dict", &board_to_dict, "Kind and arguments of its constructor, as plain values.")
       .def(
           "__eq__",
@@ -189,7 +193,8 @@ void bind_placed_board(py::module_& m) {
 void bind_boards(py::module_& m) {
   py::class_<Board> board(m, "Board", "A calibration target: tags, a checkerboard, or points.");
   define_board_constructors(board);
-  define_state(board);
+  define_points(board);
+  define_make(board);
   bind_placed_board(m);
   bind_view(m);
   m.def("tag_family_names", &tag_family_names, "The families of AprilTags that are known.");

@@ -18,22 +18,15 @@ namespace {
 using Fixed = std::map<std::string, double>;
 using Distances = std::vector<double>;
 
-void check_not_negative(double value, const char* name, const char* zero) {
-  if (!(value >= 0 && std::isfinite(value)))
-    throw Error(std::string(name) + ": must be >= 0 (0: " + zero + "), got " + number(value));
-}
-
 CalibrateOptions options_of(const std::string& model, double sigma_px, bool reject_outliers,
                             const std::optional<Camera>& start, double start_focal_px,
                             const Fixed& fixed, double tolerance_px, bool board_warp,
                             int max_iterations, int threads, const Distances& distances_m) {
-  check_not_negative(sigma_px, "sigma_px", "estimated");
-  check_not_negative(start_focal_px, "start_focal_px", "none");
-  check_not_negative(tolerance_px, "tolerance_px", "none");
-  if (max_iterations < 1)
-    throw Error("max_iterations: must be > 0, got " + std::to_string(max_iterations));
-  if (threads < 0)
-    throw Error("threads: must be >= 0 (0: one per core), got " + std::to_string(threads));
+  not_negative(sigma_px, "sigma_px", "estimated");
+  not_negative(start_focal_px, "start_focal_px", "none");
+  not_negative(tolerance_px, "tolerance_px", "none");
+  check_positive(max_iterations, "max_iterations");
+  check_threads(threads);
   for (const double distance : distances_m) check_distance(distance, "distances_m");
   CalibrateOptions options;
   options.model = model;

@@ -64,10 +64,9 @@ std::vector<CalibratedView> views_of_answer(const Calibration& c) {
 }
 
 void define_answer(Record<Calibration>& record) {
-  record.field(
-      "status", [](const Calibration& c) { return std::string(status_name(c.status)); },
-      "\"ok\" is an answer; \"focal_not_observable\", \"not_observable\", \"degenerate\", "
-      "\"no_consensus\" and \"not_converged\" are none.");
+  record.field("status", &Calibration::status,
+               "\"ok\" is an answer; \"focal_not_observable\", \"not_observable\", \"degenerate\", "
+               "\"no_consensus\" and \"not_converged\" are none.");
   record.field("model", &Calibration::model,
                "The model that was fitted, such as \"opencv5\"; \"\" without a fit.");
   record.field("camera", &camera_of_answer,

@@ -22,9 +22,6 @@ void bind_calibration(py::module_& m);
 void bind_advice(py::module_& m);
 void bind_lens_fit(py::module_& m);
 
-// A copy of a matrix as an array (rows, columns).
-py::array_t<double> matrix_array(const Eigen::Ref<const Eigen::MatrixXd>& matrix);
-
 // Values by the names of a lens' parameters; empty if there are no values.
 NumbersByName by_name(const Lens& lens, const std::vector<double>& values);
 

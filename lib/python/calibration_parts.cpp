@@ -24,9 +24,8 @@ void bind_projection(py::module_& m) {
       "absorbs it in any use of the lens.")
       .field("distance_m", &ProjectionUncertainty::distance_m, "Of the points; may be infinite.")
       .field("grid", &ProjectionUncertainty::grid, "The nodes of the map.")
-      .field(
-          "sigma_px", [](const ProjectionUncertainty& p) { return matrix_array(p.sigma_px); },
-          "(rows, columns), at the nodes of the grid; NaN if a node has no ray.")
+      .field("sigma_px", &ProjectionUncertainty::sigma_px,
+             "(rows, columns), at the nodes of the grid; NaN if a node has no ray.")
       .field("region_px", &ProjectionUncertainty::region_px,
              "RMS over the samples of the region; infinite without samples.")
       .field("region_max_px", &ProjectionUncertainty::region_max_px, "Largest over the samples.")
@@ -42,10 +41,9 @@ void bind_calibrated_view(py::module_& m) {
       .field("camera_from_world", &CalibratedView::camera_from_world,
              "The Pose. With model \"weak\" the point X projects to scale (R X + t) + centre of "
              "the image, and t_z is 0.")
-      .field(
-          "covariance", [](const CalibratedView& v) { return matrix_array(v.covariance); },
-          "(6, 6), of (omega rad, tau m) in the camera frame: R <- exp(omega) R, t <- t + tau. "
-          "With model \"weak\" that of t_z is NaN.")
+      .field("covariance", &CalibratedView::covariance,
+             "(6, 6), of (omega rad, tau m) in the camera frame: R <- exp(omega) R, t <- t + tau. "
+             "With model \"weak\" that of t_z is NaN.")
       .field("num_corners", &CalibratedView::num_corners, "That take part.")
       .field("rms_px", &CalibratedView::rms_px, "sqrt(sum |r|^2 / corners).")
       .field("scale_px_per_m", &CalibratedView::scale_px_per_m, "With model \"weak\"; else None.")
@@ -91,7 +89,7 @@ void bind_step(py::module_& m) {
       .representation([](const ModelStep& s) { return s.model + ": " + in_python(s.sentence); });
 }
 
-void bind_checks(py::module_& m) {
+void bind_halves(py::module_& m) {
   Record<HalvesCheck>(m, "HalvesCheck",
                       "Cross-validation: the lenses of two halves of the views, compared.")
       .field("difference_px", &HalvesCheck::difference_px,
@@ -109,6 +107,9 @@ void bind_checks(py::module_& m) {
       .representation([](const HalvesCheck& h) {
         return std::string(h.disagree ? "disagree" : "agree") + ", ratio " + number(h.ratio, 3);
       });
+}
+
+void bind_warp(py::module_& m) {
   Record<BoardWarp>(m, "BoardWarp",
                     "How a board differs from its file. A point at (x, y), with x' and y' from -1 "
                     "to 1 over the board, is out of its plane, towards the viewer, by bend[0] (1 - "
@@ -128,6 +129,9 @@ void bind_checks(py::module_& m) {
         return number(w.bend_mm.x(), 3) + " +- " + number(w.sigma_mm.x(), 2) + " mm in x, " +
                number(w.bend_mm.y(), 3) + " +- " + number(w.sigma_mm.y(), 2) + " mm in y";
       });
+}
+
+void bind_rest(py::module_& m) {
   Record<WeakDirection>(m, "WeakDirection", "A weakly determined combination of parameters.")
       .field("parameter", &WeakDirection::parameter,
              "The one with the largest effect on the projection.")
@@ -154,7 +158,9 @@ void bind_calibration_parts(py::module_& m) {
   bind_calibrated_view(m);
   bind_outlier(m);
   bind_step(m);
-  bind_checks(m);
+  bind_halves(m);
+  bind_warp(m);
+  bind_rest(m);
 }
 
 }  // namespace tagcal::python

@@ -214,9 +214,7 @@ std::tuple<Pixels, Derivatives, Derivatives> jacobians(const Camera& camera,
 }
 
 std::string representation(const Camera& camera) {
-  std::string text = "<Camera " + lens_name(camera) + " " +
-                     std::to_string(camera.image_size.width) + " x " +
-                     std::to_string(camera.image_size.height);
+  std::string text = "<Camera " + lens_name(camera) + " " + size_text(camera.image_size);
   const auto names = parameter_names(camera.lens);
   const auto values = parameters(camera.lens);
   for (std::size_t i = 0; i < names.size(); ++i)
@@ -259,7 +257,7 @@ void define_constructors(py::class_<Camera>& camera) {
                   "From OpenCV's camera matrix (3, 3) and distortion coefficients.");
 }
 
-void define_state(py::class_<Camera>& camera) {
+void define_properties(py::class_<Camera>& camera) {
   camera
       .def_property_readonly(
           "size",
@@ -274,6 +272,11 @@ void define_state(py::class_<Camera>& camera) {
       .def_property_readonly("matrix", &camera_matrix, "OpenCV's camera matrix (3, 3).")
       .def_property_readonly("distortion", &distortion,
                              "The coefficients after fx, fy, cx, cy, in OpenCV's order.")
+      .def("__repr__", &representation);
+}
+
+void define_state(py::class_<Camera>& camera) {
+  camera
       .def(
           "to_dict",
           [](const Camera& c) {
@@ -293,7 +296,6 @@ void define_state(py::class_<Camera>& camera) {
                    std::ranges::equal(parameters(a.lens), parameters(b.lens));
           },
           py::arg("other"))
-      .def("__repr__", &representation)
       .def(py::pickle(
           [](const Camera& c) {
             const auto p = parameters(c.lens);
@@ -359,6 +361,7 @@ void bind_camera(py::module_& m) {
                             "A lens and the size of the image behind it. The camera looks along "
                             "z, x is right, y is down.");
   define_constructors(camera);
+  define_properties(camera);
   define_state(camera);
   define_projection(camera);
   m.def(

@@ -143,9 +143,8 @@ std::string file_camera_text(const FileCamera& camera) {
   const Lens& lens = camera.calibration.camera.lens;
   const ImageSize& size = camera.calibration.camera.image_size;
   return "\"" + camera.name + "\" " + std::string(kind_of(lens).name) + ", " +
-         (size == ImageSize{} ? "size unknown"
-                              : std::to_string(size.width) + " x " + std::to_string(size.height)) +
-         ", " + std::string(parameter_names(lens)[0]) + " " + number(parameters(lens)[0]);
+         (size == ImageSize{} ? "size unknown" : size_text(size)) + ", " +
+         std::string(parameter_names(lens)[0]) + " " + number(parameters(lens)[0]);
 }
 
 void bind_file_camera(py::module_& m) {

@@ -151,10 +151,9 @@ std::pair<ListOfArrays, ListOfArrays> lists_of(const Dataset& dataset) {
 std::string dataset_text(const Dataset& dataset) {
   std::size_t corners = 0;
   for (const View& view : dataset.views) corners += view.observations.size();
-  return std::to_string(dataset.image_size.width) + " x " +
-         std::to_string(dataset.image_size.height) + ", " +
-         counted(dataset.boards.size(), "board") + ", " + counted(dataset.views.size(), "view") +
-         ", " + counted(corners, "corner") + (dataset.truth ? ", with truth" : "");
+  return size_text(dataset.image_size) + ", " + counted(dataset.boards.size(), "board") + ", " +
+         counted(dataset.views.size(), "view") + ", " + counted(corners, "corner") +
+         (dataset.truth ? ", with truth" : "");
 }
 
 void bind_truth(py::module_& m) {

@@ -134,7 +134,7 @@ void bind_folder(py::module_& m) {
         return std::to_string(f.dataset.views.size()) + " views, " +
                std::to_string(f.images.size()) + " images" +
                (out == 0 ? "" : ", " + std::to_string(out) + " unreadable") +
-               (n == 0 ? "" : ", " + std::to_string(n) + (n == 1 ? " warning" : " warnings"));
+               and_counted(n, "warning");
       });
   make_convertible();
 }

@@ -31,8 +31,7 @@ DetectOptions detect_options(const std::optional<Camera>& camera, const std::str
   if (max_hamming < 0 || max_hamming > 2)
     throw Error("max_hamming: must be 0, 1 or 2, got " + std::to_string(max_hamming));
   options.max_hamming = max_hamming;
-  if (threads < 0)
-    throw Error("threads: must be >= 0 (0: one per core), got " + std::to_string(threads));
+  check_threads(threads);
   options.threads = threads;
   return options;
 }
@@ -145,10 +144,6 @@ DetectedView detect_one(const ImageLike& image, const TargetLike& target,
   return std::move(found.views.front());
 }
 
-std::string warnings_count(std::size_t count) {
-  return count == 0 ? "" : ", " + std::to_string(count) + (count == 1 ? " warning" : " warnings");
-}
-
 void bind_views(py::module_& m) {
   Record<UnfittedTag>(m, "UnfittedTag",
                       "A tag that was read but is not reported: its pattern could not be fitted.")
@@ -170,29 +165,24 @@ void bind_views(py::module_& m) {
       .representation([](const DetectedView& v) {
         if (!v.unreadable.empty()) return v.unreadable;
         return "\"" + v.image + "\" " + std::to_string(v.observations.size()) + " corners" +
-               warnings_count(v.warnings.size());
+               and_counted(v.warnings.size(), "warning");
       });
+}
+
+void bind_view_list(py::module_& m) {
   py::class_<DetectedViews> views(m, "DetectedViews",
                                   "A sequence of DetectedView, and all warnings.");
   define_pickle<DetectedViews>(views);
+  define_sequence(views, &DetectedViews::views, "picture");
   views.def_readonly("views", &DetectedViews::views, "A DetectedView for each picture.")
       .def_readonly("warnings", &DetectedViews::warnings,
                     "Those about all pictures, then those of each, which begin with its name.")
-      .def("__len__", [](const DetectedViews& all) { return all.views.size(); })
-      .def(
-          "__getitem__",
-          [](const DetectedViews& all, py::ssize_t i) {
-            const auto n = static_cast<py::ssize_t>(all.views.size());
-            if (i < 0) i += n;
-            if (i < 0 || i >= n) throw py::index_error("no such picture");
-            return all.views[static_cast<std::size_t>(i)];
-          },
-          py::arg("index"))
       .def("__repr__", [](const DetectedViews& all) {
         std::size_t corners = 0;
         for (const DetectedView& v : all.views) corners += v.observations.size();
         return "<DetectedViews " + std::to_string(all.views.size()) + " pictures, " +
-               std::to_string(corners) + " corners" + warnings_count(all.warnings.size()) + ">";
+               std::to_string(corners) + " corners" + and_counted(all.warnings.size(), "warning") +
+               ">";
       });
 }
 
@@ -223,6 +213,7 @@ void bind_functions(py::module_& m) {
 
 void bind_detect(py::module_& m) {
   bind_views(m);
+  bind_view_list(m);
   bind_functions(m);
   bind_detect_tags(m);
   bind_explain(m);

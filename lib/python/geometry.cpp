@@ -90,14 +90,8 @@ Pose on_orbit(const ArrayLike& target, double distance_m, double azimuth_rad, do
       {vector3(target, "target"), distance_m, azimuth_rad, elevation_rad, twist_rad});
 }
 
-}  // namespace
-
-void bind_geometry(py::module_& m) {
-  py::class_<Pose>(m, "Pose",
-                   "A rigid motion, named target_from_source: x_in_target = R x_in_source + t. "
-                   "Poses compose by `@`: camera_from_board = camera_from_world @ "
-                   "world_from_board. Lengths are metres.")
-      .def(py::init<>(), "The identity.")
+void define_pose_constructors(py::class_<Pose>& pose) {
+  pose.def(py::init<>(), "The identity.")
       .def(py::init([](const PoseLike& matrix) { return pose_of(matrix, "matrix"); }),
            py::arg("matrix"), "From a matrix (4, 4), as `from_matrix`, or a Pose.")
       .def(py::init(&pose_from_parts), py::arg("rotation"), py::arg("translation"),
@@ -114,8 +108,11 @@ void bind_geometry(py::module_& m) {
                   py::arg("azimuth_rad"), py::arg("elevation_rad"), py::arg("twist_rad") = 0.0,
                   "camera_from_world of a camera on a sphere about `target` (3,) that looks at "
                   "its centre: azimuth about the world's z from +x towards +y, elevation from the "
-                  "ground towards +z.")
-      .def_property_readonly(
+                  "ground towards +z.");
+}
+
+void define_pose_parts(py::class_<Pose>& pose) {
+  pose.def_property_readonly(
           "matrix", [](const Pose& pose) { return pose.matrix(); },
           "The matrix (4, 4) for homogeneous column vectors.")
       .def_property_readonly(
@@ -126,8 +123,11 @@ void bind_geometry(py::module_& m) {
           "(3,), radians: OpenCV's rvec.")
       .def_property_readonly(
           "translation", [](const Pose& pose) -> Eigen::Vector3d { return pose.translation(); },
-          "(3,), metres: the origin of the source frame in the target frame; OpenCV's tvec.")
-      .def(
+          "(3,), metres: the origin of the source frame in the target frame; OpenCV's tvec.");
+}
+
+void define_pose_operations(py::class_<Pose>& pose) {
+  pose.def(
           "inverse", [](const Pose& pose) { return pose.inverse(); }, "source_from_target.")
       .def(
           "__matmul__",
@@ -146,8 +146,11 @@ void bind_geometry(py::module_& m) {
           [](const Pose& a, const PoseLike& b) {
             return distance_between_m(a, pose_of(b, "other"));
           },
-          py::arg("other"), "The distance between the translations of two poses, metres.")
-      .def(
+          py::arg("other"), "The distance between the translations of two poses, metres.");
+}
+
+void define_pose_state(py::class_<Pose>& pose) {
+  pose.def(
           "to_dict",
           [](const Pose& pose) {
             py::dict dict;
@@ -175,6 +178,20 @@ void bind_geometry(py::module_& m) {
             if (parts.size() != 2) throw Error("not the state of a pose");
             return pose_from_parts(py::cast<ArrayLike>(parts[0]), py::cast<ArrayLike>(parts[1]));
           }));
+}
+
+}  // namespace
+
+void bind_geometry(py::module_& m) {
+  py::class_<Pose> pose(
+      m, "Pose",
+      "A rigid motion, named target_from_source: x_in_target = R x_in_source + t. "
+      "Poses compose by `@`: camera_from_board = camera_from_world @ "
+      "world_from_board. Lengths are metres.");
+  define_pose_constructors(pose);
+  define_pose_parts(pose);
+  define_pose_operations(pose);
+  define_pose_state(pose);
 }
 
 }  // namespace tagcal::python

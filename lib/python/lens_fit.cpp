@@ -67,7 +67,7 @@ void bind_fit(py::module_& m) {
       .field("image", &LensFit::image, "The difference over the whole image.")
       .field("grid", &LensFit::grid, "The nodes of the map.")
       .field(
-          "difference_px", [](const LensFit& f) { return matrix_array(f.difference_px); },
+          "difference_px", &LensFit::difference_px,
           "(rows, columns): |difference| at the nodes; NaN where the source has no ray, infinite "
           "where the fitted lens has no projection.")
       .representation([](const LensFit& f) {

@@ -30,16 +30,13 @@ std::string refusal(Status status, const std::vector<Finding>& findings) {
 
 std::string warnings_text(const std::vector<Finding>& findings) {
   const auto count = std::ranges::count(findings, Severity::warning, &Finding::severity);
-  if (count == 0) return "";
-  return ", " + std::to_string(count) + (count == 1 ? " warning" : " warnings");
+  return and_counted(static_cast<std::size_t>(count), "warning");
 }
 
 PoseOptions pose_options(double sigma_px, bool reject_outliers, int max_iterations,
                          std::uint64_t seed) {
-  if (!(sigma_px >= 0 && std::isfinite(sigma_px)))
-    throw Error("sigma_px: must be >= 0 (0: estimated), got " + number(sigma_px));
-  if (max_iterations < 1)
-    throw Error("max_iterations: must be > 0, got " + std::to_string(max_iterations));
+  not_negative(sigma_px, "sigma_px", "estimated");
+  check_positive(max_iterations, "max_iterations");
   PoseOptions options;
   options.sigma_px = sigma_px;
   options.reject_outliers = reject_outliers;
@@ -104,9 +101,7 @@ PoseAndFocalEstimate estimate_with_focal(const ArrayLike& points, const ArrayLik
                                          int max_iterations, std::uint64_t seed) {
   const Input input = input_of(points, pixels, covariances, groups);
   PoseAndFocalOptions options{pose_options(sigma_px, reject_outliers, max_iterations, seed)};
-  if (!(prior_focal_px >= 0 && std::isfinite(prior_focal_px)))
-    throw Error("prior_focal_px: must be >= 0 (0: none), got " + number(prior_focal_px));
-  options.prior_focal_px = prior_focal_px;
+  options.prior_focal_px = not_negative(prior_focal_px, "prior_focal_px", "none");
   options.covariance_px2 = input.covariances;
   options.groups = input.groups;
   const ImageSize image_size = size_of_argument(size, "size");
@@ -119,8 +114,7 @@ PoseEstimate estimate_of_view(const View& view, const TargetLike& target, const 
                               bool reject_outliers, int max_iterations, std::uint64_t seed) {
   const std::vector<PlacedBoard> boards = boards_of(target, "target");
   const PoseOptions options = pose_options(sigma_px, reject_outliers, max_iterations, seed);
-  if (camera_error_px && !(*camera_error_px >= 0 && std::isfinite(*camera_error_px)))
-    throw Error("camera_error_px: must be >= 0, got " + number(*camera_error_px));
+  if (camera_error_px) not_negative(*camera_error_px, "camera_error_px");
   const CalibrationFile known = known_camera(camera, "camera");
   const std::optional<double> error = camera_error_px ? camera_error_px : known.camera_error_px;
   py::gil_scoped_release release;
@@ -156,19 +150,15 @@ PoseEstimates estimate_many(const ArrayLike& points, const ArrayLike& pixels, co
   const py::array_t<double> x = real_array(points, "points");
   const py::array_t<double> p = real_array(pixels, "pixels");
   const PoseOptions options = pose_options(sigma_px, reject_outliers, max_iterations, seed);
-  if (threads < 0)
-    throw Error("threads: must be >= 0 (0: one per core), got " + std::to_string(threads));
-  const auto shape = [](const py::array& array) {
-    return py::cast<std::string>(py::str(array.attr("shape")));
-  };
+  check_threads(threads);
   if (p.ndim() != 3 || p.shape(2) != 2)
-    throw Error("pixels: must have the shape (N, M, 2), got " + shape(p));
+    throw Error("pixels: must have the shape (N, M, 2), got " + shape_text(p));
   const py::ssize_t n = p.shape(0), m = p.shape(1);
   const bool is_common = x.ndim() == 2;
   if (!(is_common && x.shape(0) == m && x.shape(1) == 3) &&
       !(x.ndim() == 3 && x.shape(0) == n && x.shape(1) == m && x.shape(2) == 3))
     throw Error("points: must have the shape (" + std::to_string(m) + ", 3) or (" +
-                std::to_string(n) + ", " + std::to_string(m) + ", 3), got " + shape(x));
+                std::to_string(n) + ", " + std::to_string(m) + ", 3), got " + shape_text(x));
   const auto is_finite = [](double value) { return std::isfinite(value); };
   if (!std::all_of(x.data(), x.data() + x.size(), is_finite)) throw Error("points: must be finite");
   if (!std::all_of(p.data(), p.data() + p.size(), is_finite)) throw Error("pixels: must be finite");
@@ -216,9 +206,7 @@ std::string estimate_text(const Estimate& estimate) {
 void bind_results(py::module_& m) {
   Record<Finding>(m, "Finding", "A fact that an estimate reports about its data, model or solver.")
       .field("code", &Finding::code, "Stable between versions, such as \"direction_weak\".")
-      .field(
-          "severity", [](const Finding& f) { return std::string(severity_name(f.severity)); },
-          "\"note\", \"warning\" or \"refusal\".")
+      .field("severity", &Finding::severity, "\"note\", \"warning\" or \"refusal\".")
       .field(
           "sentence", [](const Finding& f) { return in_python(f.sentence); },
           "What was found, what it means, what to do.")
@@ -227,9 +215,8 @@ void bind_results(py::module_& m) {
       });
   Record<PoseHypothesis>(m, "PoseHypothesis", "One pose that fits, with its covariance.")
       .field("camera_from_target", &PoseHypothesis::camera_from_target, "The pose.")
-      .field(
-          "covariance", [](const PoseHypothesis& h) { return Eigen::MatrixXd(h.covariance); },
-          "(6, 6), of (omega rad, tau m) in the camera frame: R <- exp(omega) R, t <- t + tau.")
+      .field("covariance", &PoseHypothesis::covariance,
+             "(6, 6), of (omega rad, tau m) in the camera frame: R <- exp(omega) R, t <- t + tau.")
       .field("rms_px", &PoseHypothesis::rms_px, "sqrt(sum |r|^2 / points) over the inliers.")
       .field("probability", &PoseHypothesis::probability, "Among the hypotheses.")
       .field("focal_px", &PoseHypothesis::focal_px, "Of this hypothesis, if estimated; else 0.")
@@ -242,10 +229,9 @@ void bind_results(py::module_& m) {
 template <typename Estimate>
 void add_common_fields(Record<Estimate>& record) {
   record
-      .field(
-          "status", [](const Estimate& e) { return std::string(status_name(e.status)); },
-          "\"ok\" and \"ambiguous\" are answers; \"focal_not_observable\", \"not_observable\", "
-          "\"degenerate\", \"no_consensus\" and \"not_converged\" are none.")
+      .field("status", &Estimate::status,
+             "\"ok\" and \"ambiguous\" are answers; \"focal_not_observable\", \"not_observable\", "
+             "\"degenerate\", \"no_consensus\" and \"not_converged\" are none.")
       .field("hypotheses", &Estimate::hypotheses, "Best first; two if a plane fits two poses.")
       .field("outliers", &Estimate::outliers, "Rejected correspondences by index, ascending.")
       .field("sigma_px", &Estimate::sigma_px, "Noise per coordinate behind the covariance.")
@@ -266,25 +252,17 @@ void bind_estimates(py::module_& m) {
                                      "Pose and focal length of one view.");
   focal.field("focal_px", &PoseAndFocalEstimate::focal_px, "If the status is an answer; else 0.")
       .field("sigma_focal_px", &PoseAndFocalEstimate::sigma_focal_px, "Its standard deviation.")
-      .field(
-          "covariance", [](const PoseAndFocalEstimate& e) { return Eigen::MatrixXd(e.covariance); },
-          "(7, 7), of (omega rad, tau m, log f) of the likeliest hypothesis.");
+      .field("covariance", &PoseAndFocalEstimate::covariance,
+             "(7, 7), of (omega rad, tau m, log f) of the likeliest hypothesis.");
   add_common_fields(focal);
+}
 
+void bind_many(py::module_& m) {
   py::class_<PoseEstimates> many(
       m, "PoseEstimates", "The poses of many targets: a sequence of PoseEstimate, and arrays.");
   define_pickle<PoseEstimates>(many);
-  many.def("__len__", [](const PoseEstimates& all) { return all.estimates.size(); })
-      .def(
-          "__getitem__",
-          [](const PoseEstimates& all, py::ssize_t i) {
-            const auto n = static_cast<py::ssize_t>(all.estimates.size());
-            if (i < 0) i += n;
-            if (i < 0 || i >= n) throw py::index_error("no such target");
-            return all.estimates[static_cast<std::size_t>(i)];
-          },
-          py::arg("index"))
-      .def_property_readonly(
+  define_sequence(many, &PoseEstimates::estimates, "target");
+  many.def_property_readonly(
           "status",
           [](const PoseEstimates& all) {
             std::vector<std::string> names;
@@ -318,6 +296,7 @@ void bind_estimates(py::module_& m) {
 void bind_pose(py::module_& m) {
   bind_results(m);
   bind_estimates(m);
+  bind_many(m);
   m.def("estimate_pose", &estimate, py::arg("points"), py::arg("pixels"), py::arg("camera"),
         py::arg("sigma_px") = 0.0, py::arg("covariances") = py::none(),
         py::arg("groups") = py::none(), py::arg("reject_outliers") = true,

@@ -35,6 +35,14 @@ std::string counted(std::size_t count, const std::string& what) {
   return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
 }
 
+std::string and_counted(std::size_t count, const std::string& what) {
+  return count == 0 ? "" : ", " + counted(count, what);
+}
+
+std::string size_text(const ImageSize& size) {
+  return std::to_string(size.width) + " x " + std::to_string(size.height);
+}
+
 std::string number(double value, int digits) { return internal::with_digits(value, digits); }
 
 }  // namespace tagcal::python

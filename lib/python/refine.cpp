@@ -47,9 +47,7 @@ const char* status_text(TagFitStatus status) {
 TagFitOptions fit_options(const std::optional<Camera>& camera, double gamma) {
   TagFitOptions options;
   if (camera) options.camera = &*camera;
-  if (!(gamma > 0) || !std::isfinite(gamma))
-    throw Error("gamma: must be > 0, got " + number(gamma));
-  options.gamma = gamma;
+  options.gamma = positive(gamma, "gamma");
   return options;
 }
 
@@ -71,8 +69,7 @@ TagFit refine_one_tag(const ImageLike& image, int id, const ArrayLike& corners,
   if (rows.size() != 4)
     throw Error("corners: must have the shape (4, 2), got " + std::to_string(rows.size()) +
                 " rows");
-  if (!(tag_spacing >= 0) || !std::isfinite(tag_spacing))
-    throw Error("tag_spacing: must be >= 0, got " + number(tag_spacing));
+  not_negative(tag_spacing, "tag_spacing");
   const TagPattern pattern = tag_pattern(tag_family(family, border_bits), id, border_bits,
                                          {tag_spacing, corner_squares.value_or(border_bits == 2)});
   const TagFitOptions options = fit_options(camera, gamma);
@@ -125,7 +122,7 @@ void add_common_fields(Record<Fit>& record) {
 
 bool converged(TagFitStatus status) { return status == TagFitStatus::converged; }
 
-void bind_fits(py::module_& m) {
+void bind_tag_fit(py::module_& m) {
   Record<TagFit> tag(m, "TagFit", "The corners of a tag, by a fit of all its pixels.");
   tag.field(
          "corners",
@@ -147,7 +144,9 @@ void bind_fits(py::module_& m) {
   tag.representation([](const TagFit& fit) {
     return std::string(status_text(fit.status)) + ", blur " + number(fit.blur_px, 3) + " px";
   });
+}
 
+void bind_corner_fit(py::module_& m) {
   Record<CornerFit> corner(m, "CornerFit", "A corner of a checkerboard, by a fit of its pixels.");
   corner
       .field(
@@ -173,7 +172,8 @@ void bind_fits(py::module_& m) {
 }  // namespace
 
 void bind_refine(py::module_& m) {
-  bind_fits(m);
+  bind_tag_fit(m);
+  bind_corner_fit(m);
   m.def(
       "refine_tag", &refine_one_tag, py::arg("image"), py::arg("id"), py::arg("corners"),
       py::arg("family") = "tag36h11", py::arg("border_bits") = 1,

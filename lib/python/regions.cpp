@@ -68,13 +68,6 @@ void bind_seen_region(py::module_& m) {
 
 }  // namespace
 
-py::array_t<double> matrix_array(const Eigen::Ref<const Eigen::MatrixXd>& matrix) {
-  py::array_t<double> array({matrix.rows(), matrix.cols()});
-  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  Eigen::Map<RowMajor>(array.mutable_data(), matrix.rows(), matrix.cols()) = matrix;
-  return array;
-}
-
 NumbersByName by_name(const Lens& lens, const std::vector<double>& values) {
   return numbers_by_name(parameter_names(lens), values);
 }
@@ -97,7 +90,7 @@ void bind_regions(py::module_& m) {
       .field("rows", &ImageGrid::rows, "Number of nodes in y.")
       .representation([](const ImageGrid& g) {
         return std::to_string(g.columns) + " x " + std::to_string(g.rows) + " nodes over " +
-               std::to_string(g.size.width) + " x " + std::to_string(g.size.height) + " px";
+               size_text(g.size) + " px";
       })
       .def(py::init(&checked_grid), py::arg("size"), py::arg("columns") = 21, py::arg("rows") = 13)
       .def_property_readonly("pixels", &nodes_of_grid,

@@ -104,9 +104,8 @@ NewPictureAndMask reproject_image(const ArrayLike& image, const Camera& camera,
   const ResampleOptions options = options_of(interpolation, area_correct, threads);
   const ImageSize size = std::visit([](const auto& view) { return view.size(); }, picture.view());
   if (size != camera.image_size)
-    throw Error("image: must have the camera's size " + std::to_string(camera.image_size.width) +
-                " x " + std::to_string(camera.image_size.height) + ", got " +
-                std::to_string(size.width) + " x " + std::to_string(size.height));
+    throw Error("image: must have the camera's size " + size_text(camera.image_size) + ", got " +
+                size_text(size));
   return resampled(picture, border, [&]<typename T>(const ImageView<T>& view, const T& value) {
     return reproject(view, reprojection, options, value);
   });
@@ -132,7 +131,7 @@ FloatArray map_array(const ArrayLike& argument, const char* name) {
     throw Error(std::string(name) + ": must be an array (height, width) of numbers");
   if (array.ndim() != 2)
     throw Error(std::string(name) + ": must have the shape (height, width), got " +
-                py::cast<std::string>(py::str(array.attr("shape"))));
+                shape_text(array));
   constexpr py::ssize_t kMost = 1 << 30;  // numeric: an int holds it
   check_new_picture({static_cast<int>(std::min(array.shape(1), kMost)),
                      static_cast<int>(std::min(array.shape(0), kMost))},

@@ -31,20 +31,14 @@ std::string kind_name(const Panorama& panorama) {
   return panorama.kind == PanoramaKind::equirectangular ? "equirectangular" : "cylindrical";
 }
 
-double positive_number(double value, const char* name) {
-  if (!(value > 0) || !std::isfinite(value))
-    throw Error(std::string(name) + ": must be > 0, got " + number(value));
-  return value;
-}
-
 Panorama make_panorama(const std::string& kind, double px_per_rad, const ArrayLike& centre,
                        const ArrayLike& size) {
-  return {panorama_kind(kind), positive_number(px_per_rad, "px_per_rad"), vector2(centre, "centre"),
+  return {panorama_kind(kind), positive(px_per_rad, "px_per_rad"), vector2(centre, "centre"),
           size_of_argument(size, "size")};
 }
 
 PlaneRaster make_plane(const ArrayLike& upper_left, double m_per_px, const ArrayLike& size) {
-  return {vector2(upper_left, "upper_left"), positive_number(m_per_px, "m_per_px"),
+  return {vector2(upper_left, "upper_left"), positive(m_per_px, "m_per_px"),
           size_of_argument(size, "size")};
 }
 
@@ -77,8 +71,7 @@ Camera valid_pixels(const Camera& camera, const ArrayLike& size) {
 }
 
 Camera with_focal_length(const Camera& camera, double focal_px, const ArrayLike& size) {
-  return pinhole_of_focal_length(camera, positive_number(focal_px, "focal_px"),
-                                 new_size(camera, size));
+  return pinhole_of_focal_length(camera, positive(focal_px, "focal_px"), new_size(camera, size));
 }
 
 std::vector<TurnedCamera> several(const Camera& camera, int count) {
@@ -99,7 +92,7 @@ Panorama panorama_for(const Camera& camera, const std::string& kind,
                       const std::optional<double>& px_per_rad) {
   check_outline(camera);
   const PanoramaKind known = panorama_kind(kind);
-  const double scale = px_per_rad ? positive_number(*px_per_rad, "px_per_rad") : 0;
+  const double scale = px_per_rad ? positive(*px_per_rad, "px_per_rad") : 0;
   py::gil_scoped_release release;
   return panorama_of(camera, known, scale);
 }
@@ -108,10 +101,6 @@ AngularRange range_of(const Camera& camera) {
   check_outline(camera);
   py::gil_scoped_release release;
   return angular_range(camera);
-}
-
-std::string size_text(const ImageSize& size) {
-  return std::to_string(size.width) + " x " + std::to_string(size.height);
 }
 
 std::string degrees(double angle_rad) { return number(angle_rad * 180 / M_PI, 4); }

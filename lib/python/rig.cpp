@@ -55,8 +55,7 @@ RigCalibration calibrate_datasets(const std::vector<Dataset>& datasets, const st
   check_count(times_s, n, "times_s");
   check_count(cameras, n, "cameras");
   if (reference < 0) throw Error("reference: must be >= 0, got " + std::to_string(reference));
-  if (threads < 0)
-    throw Error("threads: must be >= 0 (0: one per core), got " + std::to_string(threads));
+  check_threads(threads);
   RigDataset rig;
   for (std::size_t c = 0; c < n; ++c)
     rig.cameras.push_back({names ? (*names)[c] : "cam" + std::to_string(c), datasets[c],
@@ -106,9 +105,7 @@ void bind_pairs(py::module_& m) {
   pair.field("num_instants", &RigPair::num_instants, "In common, that take part.");
   pair.field("num_corners", &RigPair::num_corners, "Seen by both at the same instant.");
   pair.field("b_from_a", &RigPair::b_from_a, "Pose.");
-  pair.field(
-      "covariance", [](const RigPair& p) { return matrix_array(p.covariance); },
-      "(6, 6), of (omega rad, tau m) of b_from_a.");
+  pair.field("covariance", &RigPair::covariance, "(6, 6), of (omega rad, tau m) of b_from_a.");
   pair.field("baseline_m", &RigPair::baseline_m, "Distance of the cameras' centres.");
   pair.field("sigma_baseline_m", &RigPair::sigma_baseline_m, "Its standard deviation.");
   pair.field("disagreement", &RigPair::disagreement,
@@ -129,9 +126,8 @@ void bind_cameras(py::module_& m) {
                "The rig's camera with what is known of its lens.");
   camera.field("camera_from_rig", &RigCameraEstimate::camera_from_rig,
                "Pose; the rig's frame is that of the reference camera.");
-  camera.field(
-      "covariance", [](const RigCameraEstimate& c) { return matrix_array(c.covariance); },
-      "(6, 6), of (omega rad, tau m) of camera_from_rig; zero for the reference.");
+  camera.field("covariance", &RigCameraEstimate::covariance,
+               "(6, 6), of (omega rad, tau m) of camera_from_rig; zero for the reference.");
   camera.field("is_connected", &RigCameraEstimate::is_connected,
                "False: camera_from_rig has no value.");
   camera.field("num_views", &RigCameraEstimate::num_views, "That take part.");
@@ -149,17 +145,16 @@ void bind_cameras(py::module_& m) {
 
 void bind_answer(py::module_& m) {
   Record<RigCalibration> rig(m, "RigCalibration", "Cameras on one body, and how sure that is.");
-  rig.field(
-      "status", [](const RigCalibration& r) { return std::string(status_name(r.status)); },
-      "\"ok\" is an answer; \"not_connected\", \"not_synchronous\", "
-      "\"extrinsic_not_observable\" and those of a Calibration are none.");
+  rig.field("status", &RigCalibration::status,
+            "\"ok\" is an answer; \"not_connected\", \"not_synchronous\", "
+            "\"extrinsic_not_observable\" and those of a Calibration are none.");
   rig.field("cameras", &RigCalibration::cameras, "In the order of the data sets.");
   rig.field("pairs", &RigCalibration::pairs, "All with common instants.");
   rig.field("rejected_instants", &RigCalibration::rejected_instants,
             "Those whose views contradict the rig, by index.");
   rig.field("groups", &RigCalibration::groups, "Of connected cameras, by index.");
   rig.field(
-      "covariance", [](const RigCalibration& r) { return matrix_array(r.covariance); },
+      "covariance", &RigCalibration::covariance,
       "Joint: of camera_from_rig of all cameras but the reference (six each), then of the free "
       "parameters of each lens.");
   rig.field("rms_px", &RigCalibration::rms_px, "sqrt(sum |r|^2 / corners).");
@@ -242,13 +237,16 @@ void bind_known(py::module_& m) {
   Record<KnownRig> rig(m, "KnownRig", "Cameras at known places on one body.");
   rig.field("cameras", &KnownRig::cameras, "A list of RigMember.");
   rig.field(
-      "covariance", [](const KnownRig& r) { return matrix_array(r.covariance); },
+      "covariance", &KnownRig::covariance,
       "Of (omega rad, tau m) of all camera_from_rig in turn, then of the free parameters of all "
       "lenses; (0, 0): places and lenses are taken as exact.");
   rig.representation([](const KnownRig& r) { return counted(r.cameras.size(), "camera"); });
   rig.def(py::init(&make_known_rig), py::arg("cameras"), py::arg("camera_from_rig"),
           py::arg("names") = py::none(), py::arg("covariance") = py::none(),
           "Of cameras (Camera, UncertainCamera or Calibration) and their places.");
+}
+
+void bind_rig_pose(py::module_& m) {
   Record<RigPoseEstimate> pose(m, "RigPoseEstimate", "The pose of a rig before a target.");
   pose.field("rig", &RigPoseEstimate::rig,
              "PoseEstimate; `camera_from_target` is rig_from_target. Its covariance includes that "
@@ -288,6 +286,7 @@ void bind_rig(py::module_& m) {
   bind_cameras(m);
   bind_answer(m);
   bind_known(m);
+  bind_rig_pose(m);
   define_rig_poses(m);
   m.def(
       "calibrate_rig", &calibrate_datasets, py::arg("datasets"), py::arg("model") = "auto",

@@ -2,7 +2,6 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
-
 #include "python/bindings.hpp"
 #include "python/boards.hpp"
 #include "python/geometry.hpp"
@@ -78,8 +77,7 @@ std::string scene_text(const MovingScene& scene) {
   std::string text = counted(scene.boards.size(), "board");
   if (!scene.occluders.empty()) text += ", " + counted(scene.occluders.size(), "occluder");
   return text + ", " + counted(static_cast<std::size_t>(scene.settings.num_views), "view") +
-         " of " + std::to_string(size.width) + " x " + std::to_string(size.height) +
-         (moves(scene) ? ", moving" : "");
+         " of " + size_text(size) + (moves(scene) ? ", moving" : "");
 }
 
 std::vector<PlacedBoard> target_in_view(const MovingScene& scene, int view) {

@@ -15,18 +15,6 @@
 
 namespace tagcal::python {
 
-double positive(double value, const char* name) {
-  if (!(value > 0) || !std::isfinite(value))
-    throw Error(std::string(name) + ": must be > 0, got " + number(value));
-  return value;
-}
-
-double not_negative(double value, const char* name) {
-  if (!(value >= 0) || !std::isfinite(value))
-    throw Error(std::string(name) + ": must be >= 0, got " + number(value));
-  return value;
-}
-
 double level(double value, const char* name) {
   if (!(value >= 0 && value <= 1))
     throw Error(std::string(name) + ": must be in 0..1, a share of full white, got " +
@@ -158,10 +146,11 @@ void bind_processing(py::module_& m) {
            py::arg("amount"), py::arg("radius_px"));
 }
 
+std::optional<double> focus_distance(const Sensor& s) {
+  return s.focus ? std::optional(s.focus->distance_m) : std::nullopt;
+}
+
 void bind_sensor(py::module_& m) {
-  const auto focus_distance = [](const Sensor& s) {
-    return s.focus ? std::optional(s.focus->distance_m) : std::nullopt;
-  };
   Record<Sensor>(m, "Sensor",
                  "Conversion of light to grey levels: white * (exposure * level)^gamma, plus "
                  "noise, clipped; then what a camera does to its pictures.")
@@ -178,7 +167,7 @@ void bind_sensor(py::module_& m) {
             return s.vignetting.polynomial;
           },
           "\"cos4\", or the coefficients of 1 + a1 r^2 + a2 r^4 + .., r in half diagonals.")
-      .field("focus_distance_m", focus_distance, "Along the optical axis; None: all is sharp.")
+      .field("focus_distance_m", &focus_distance, "Along the optical axis; None: all is sharp.")
       .field(
           "aperture_m", [](const Sensor& s) { return s.focus ? s.focus->aperture_m : 0; },
           "Diameter of the aperture: focal length / f-number.")

@@ -6,10 +6,8 @@
 
 namespace tagcal::python {
 
-// A number in a range, given with its ends in words: "exposure: must be > 0, got -1".
-double positive(double value, const char* name);
-double not_negative(double value, const char* name);
-double level(double value, const char* name);  // 0 to 1
+// A level of grey, 0 to 1. Throws Error for others.
+double level(double value, const char* name);
 
 // The view of a scene: its number, and the scene as it stands then. Throws Error for a number that
 // the scene does not have.

@@ -46,6 +46,8 @@ inline constexpr bool kHasItsOwn =
 
 template <typename T>
 concept Dense = std::is_base_of_v<Eigen::DenseBase<T>, T>;
+template <typename T>
+concept Matrix = Dense<T> && T::ColsAtCompileTime != 1;
 
 [[noreturn]] inline void refuse() { throw py::cast_error("not a state"); }
 

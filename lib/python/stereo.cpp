@@ -54,21 +54,8 @@ TriangulatedPoint triangulate_pixels(const KnownRig& rig, const std::vector<Pixe
   return triangulate(rig, seen);
 }
 
-void bind_pair(py::module_& m) {
-  Record<RectifiedPair> pair(m, "RectifiedPair",
-                             "Two cameras of a rig as they would see if their epipolar lines were "
-                             "equal rows (columns, if is_vertical).");
-  pair.field("cameras", &RectifiedPair::cameras, "Their indices in the rig.");
-  pair.field("is_vertical", &RectifiedPair::is_vertical,
-             "The baseline is along y, and epipolar lines are columns.");
-  pair.field("targets", &RectifiedPair::targets,
-             "Two pinholes (Camera), or two Panorama with longlat: `target` of `reproject` and "
-             "`pixel_map`.");
-  pair.field("camera_from_rectified", &RectifiedPair::camera_from_rectified,
-             "Two rotations (Pose): `camera_from_target` of `reproject` and `pixel_map`.");
-  pair.field("translation_m", &RectifiedPair::translation_m,
-             "Of the second camera's frame along the baseline; negative if it is right of (below) "
-             "the first one.");
+// As cv::stereoRectify has them.
+void add_matrices(Record<RectifiedPair>& pair) {
   pair.field(
       "R",
       [](const RectifiedPair& p) {
@@ -92,12 +79,32 @@ void bind_pair(py::module_& m) {
         return Eigen::Matrix4d(disparity_to_depth(p));
       },
       "(4, 4), for cv2.reprojectImageTo3D. Raises Error with longlat.");
+}
+
+void bind_pair(py::module_& m) {
+  Record<RectifiedPair> pair(m, "RectifiedPair",
+                             "Two cameras of a rig as they would see if their epipolar lines were "
+                             "equal rows (columns, if is_vertical).");
+  pair.field("cameras", &RectifiedPair::cameras, "Their indices in the rig.");
+  pair.field("is_vertical", &RectifiedPair::is_vertical,
+             "The baseline is along y, and epipolar lines are columns.");
+  pair.field("targets", &RectifiedPair::targets,
+             "Two pinholes (Camera), or two Panorama with longlat: `target` of `reproject` and "
+             "`pixel_map`.");
+  pair.field("camera_from_rectified", &RectifiedPair::camera_from_rectified,
+             "Two rotations (Pose): `camera_from_target` of `reproject` and `pixel_map`.");
+  pair.field("translation_m", &RectifiedPair::translation_m,
+             "Of the second camera's frame along the baseline; negative if it is right of (below) "
+             "the first one.");
+  add_matrices(pair);
   pair.representation([](const RectifiedPair& p) {
     const ImageSize size = size_of(p.targets[0]);
     return "cameras " + std::to_string(p.cameras[0]) + " and " + std::to_string(p.cameras[1]) +
-           ", " + std::to_string(size.width) + " x " + std::to_string(size.height) + ", baseline " +
-           number(std::abs(p.translation_m), 5) + " m";
+           ", " + size_text(size) + ", baseline " + number(std::abs(p.translation_m), 5) + " m";
   });
+}
+
+void bind_disparity(py::module_& m) {
   Record<VerticalDisparity> disparity(m, "VerticalDisparity",
                                       "How far the rectified rows of one point differ.");
   disparity.field("difference_px", &VerticalDisparity::difference_px, "Row of the first - second.");
@@ -110,7 +117,7 @@ void bind_pair(py::module_& m) {
 void bind_points(py::module_& m) {
   Record<TriangulatedPoint> point(m, "TriangulatedPoint", "A point that cameras of a rig see.");
   point.field(
-      "status", [](const TriangulatedPoint& p) { return std::string(status_name(p.status)); },
+      "status", &TriangulatedPoint::status,
       "\"ok\"; \"few_cameras\", \"no_ray\", \"far\" (the distance has no bound) or \"behind\" a "
       "camera: there is no point.");
   point.field(
@@ -141,6 +148,7 @@ void bind_points(py::module_& m) {
 
 void bind_stereo(py::module_& m) {
   bind_pair(m);
+  bind_disparity(m);
   bind_points(m);
   m.def("rectify", &rectify_cameras, py::arg("rig"), py::arg("first") = 0, py::arg("second") = 1,
         py::kw_only(), py::arg("alpha") = py::none(), py::arg("zero_disparity") = true,

@@ -28,7 +28,7 @@ std::vector<Eigen::MatrixXd> covariance_matrices(const std::optional<ArrayLike>&
       array.shape(array.ndim() - 2) != k || (!is_one && array.shape(0) != count)) {
     const std::string shape = std::to_string(k) + ", " + std::to_string(k) + ")";
     throw Error(std::string(name) + ": must have the shape (" + std::to_string(n) + ", " + shape +
-                " or (" + shape + ", got " + py::cast<std::string>(py::str(array.attr("shape"))));
+                " or (" + shape + ", got " + shape_text(array));
   }
   std::vector<Eigen::MatrixXd> matrices;
   for (std::size_t i = 0; i < n; ++i) {
@@ -130,13 +130,10 @@ std::vector<double> lengths_of(const ArrayLike& argument, const char* name, std:
   const py::array_t<double> array = real_array(argument, name);
   if (array.ndim() > 1 || (array.ndim() == 1 && array.shape(0) != static_cast<py::ssize_t>(n)))
     throw Error(std::string(name) + ": must be a number or have the shape (" + std::to_string(n) +
-                ",), got the shape " + py::cast<std::string>(py::str(array.attr("shape"))));
+                ",), got the shape " + shape_text(array));
   std::vector<double> lengths(n);
-  for (std::size_t i = 0; i < n; ++i) {
-    lengths[i] = array.data()[array.ndim() == 0 ? 0 : i];
-    if (!(lengths[i] >= 0 && std::isfinite(lengths[i])))
-      throw Error(std::string(name) + ": must be >= 0, got " + number(lengths[i]));
-  }
+  for (std::size_t i = 0; i < n; ++i)
+    lengths[i] = not_negative(array.data()[array.ndim() == 0 ? 0 : i], name);
   return lengths;
 }
 
@@ -172,8 +169,7 @@ CalibrationFile uncertain_camera(const Camera& camera, const std::optional<std::
   known.model = model.value_or("");
   known.fixed = fixed;
   if (seen) known.seen = *seen;
-  if (camera_error_px && !(*camera_error_px >= 0 && std::isfinite(*camera_error_px)))
-    throw Error("camera_error_px: must be >= 0, got " + number(*camera_error_px));
+  if (camera_error_px) not_negative(*camera_error_px, "camera_error_px");
   known.camera_error_px = camera_error_px;
   if (!model) {
     if (covariance) throw Error("covariance: needs the model whose parameters it is of");
@@ -216,9 +212,8 @@ void bind_claim(py::module_& m) {
             return names;
           },
           "The names of its free parameters: the rows of `covariance`.")
-      .field(
-          "covariance", [](const UncertainCamera& c) { return matrix_array(c.covariance); },
-          "(K, K); zero for parameters that were held.")
+      .field("covariance", &UncertainCamera::covariance,
+             "(K, K); zero for parameters that were held.")
       .representation([](const UncertainCamera& c) {
         return std::string(c.model->name()) + ", " + counted(c.model->free().size(), "parameter");
       });
@@ -246,8 +241,7 @@ void define_knowledge(Record<CalibrationFile>& record) {
     return (k.model.empty() ? std::string("model unknown") : k.model) + ", " +
            std::string(parameter_names(k.camera.lens)[0]) + " " + number(p[0]) +
            (k.sigmas.empty() ? "" : " +- " + number(k.sigmas[0], 2)) + ", " +
-           std::to_string(k.camera.image_size.width) + " x " +
-           std::to_string(k.camera.image_size.height);
+           size_text(k.camera.image_size);
   });
 }
 

@@ -1,14 +1,13 @@
 """Poses, focal lengths and minimal solvers."""
 
-import subprocess
 import threading
-from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 
 import tagcal
+from desk import command_json
 
 HALF = 0.05
 TAG = HALF * np.array([[-1, 1, 0], [1, 1, 0], [1, -1, 0], [-1, -1, 0]], dtype=float)
@@ -166,17 +165,30 @@ def test_threads_give_the_answers_of_one():
 
 
 def test_answers_are_those_of_cpp_to_the_last_bit(tmp_path):
-    program = Path(tagcal.__file__).parents[2] / "tools/tagcal-study"
-    if not program.exists():
-        pytest.skip("the studies are not built")
-    subprocess.run([program, "python_numbers", tmp_path], check=True, capture_output=True)
+    """The command prints doubles with all of their digits."""
     camera = tagcal.Camera.perspective(700, 705, 330, 236, (640, 480), [-0.2, 0.06, 0.001, -0.0005])
-    points = np.fromfile(tmp_path / "points.f64").reshape(-1, 3)
-    pixels = np.fromfile(tmp_path / "pixels.f64").reshape(-1, 2)
+    random = np.random.default_rng(4)
+    tagcal.write_camera(tmp_path / "camera.yaml", camera)
+    points = random.uniform([-1, -1, -0.1], [1, 1, 4], (5000, 3))
+    np.savetxt(tmp_path / "points.csv", points, "%.17g", ",", header="x_m,y_m,z_m", comments="")
+    given = [tmp_path / "points.csv", "--camera", tmp_path / "camera.yaml"]
+    rows = command_json("project", *given)["points"]
+    pixels = np.array([(row["u_px"], row["v_px"]) for row in rows], dtype=float)  # None: nan
+    assert np.isnan(pixels).any()
     assert np.array_equal(camera.project(points), pixels, equal_nan=True)
-    tags = np.fromfile(tmp_path / "tag_pixels.f64").reshape(-1, 4, 2)
-    answers = np.fromfile(tmp_path / "tag_answers.f64").reshape(len(tags), 52)
-    for tag, answer in zip(tags, answers):
-        best = tagcal.estimate_pose(TAG, tag, camera, 0.1).hypotheses[0]
-        assert np.array_equal(best.camera_from_target.matrix.T.ravel(), answer[:16])
-        assert np.array_equal(best.covariance.T.ravel(), answer[16:])
+
+    tag, views = tagcal.Board.tag(2 * HALF), []
+    for i in range(300):
+        place = random.uniform([0.4, -3, 0.6], [1.5, 3, 1.5])
+        seen = camera.project(tag.positions, tagcal.Pose.on_orbit([0, 0, 0], *place))
+        views.append(tagcal.View(tag.ids, seen + random.normal(0, 0.1, (4, 2)), image=f"{i}.png"))
+    tagcal.write_dataset(tmp_path / "tags", tagcal.Dataset((640, 480), tag, views))
+    told = command_json("pose", tmp_path / "tags", "--camera", given[2], "--sigma-px", 0.1)["views"]
+    assert [view.image for view in views] == [answer["image"] for answer in told]
+    for view, answer in zip(views, told):
+        best = tagcal.estimate_pose(tag.positions, view.pixels, camera, 0.1).hypotheses[0]
+        pose, shown = best.camera_from_target, answer["camera_from_board"]
+        quaternion = pose.quaternion if pose.quaternion[0] >= 0 else -pose.quaternion  # as printed
+        assert np.array_equal(quaternion, shown["rotation"])
+        assert np.array_equal(pose.translation, shown["translation_m"])
+        assert np.array_equal(best.covariance, answer["covariance"])
