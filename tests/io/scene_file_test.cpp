@@ -383,7 +383,7 @@ std::vector<std::pair<std::string, std::string>> documented_examples() {
 TEST_F(SceneFile, TheDocumentedExamplesAreRead) {
   int num_targets = 0;
   const auto examples = documented_examples();
-  ASSERT_EQ(examples.size(), 18U);
+  ASSERT_EQ(examples.size(), 19U);
   const std::vector<PlacedBoard> boards = {{read_target(folder_ / "target.yaml"), {}}};
   for (const auto& [name, text] : examples) {
     SCOPED_TRACE(name);
@@ -438,6 +438,43 @@ RC_GTEST_FIXTURE_PROP(SceneFile, ManglesEndInAnErrorOrAValidScene, (std::uint64_
       RC_ASSERT(std::string(error.what()).find(folder_.string()) == 0U);
     }
   }
+}
+
+const std::string kLine =
+    "path: {type: line, from_m: [0, 0, 1], to_m: [1, 0, 1]}\nviews: 3\nsensor: {readout_ms: 20, "
+    "direction: up}\n";
+
+TEST_F(SceneFile, ReadsARollingShutterAndTheMotionOfTheCamera) {
+  const std::string boards = kScene.substr(0, kScene.find("path:"));
+  const MovingScene scene = read_moving_scene(
+      write("scene.yaml", boards + kLine +
+                              "period_ms: 50\nvelocity: {turn_deg_s: [[0, 0, 0], [0, 0, "
+                              "90]], move_m_s: [0, 2, 0]}\n"),
+      &warnings_);
+  EXPECT_EQ(scene.settings.sensor.shutter.readout_s, 0.02);
+  EXPECT_EQ(scene.settings.sensor.shutter.direction, ReadDirection::up);
+  EXPECT_EQ(scene.period_s, 0.05);
+  EXPECT_NEAR(scene.velocity(0.5).turn_rad_s.z(), std::numbers::pi / 4, 1e-15);
+  EXPECT_EQ(scene.velocity(1).move_m_s, Eigen::Vector3d(0, 2, 0));
+  // 1 m in 0.1 s, and what is stated.
+  EXPECT_NEAR((scene_in_view(scene, 1).velocity.move_m_s - Eigen::Vector3d(0, 2, 0)).norm(), 10,
+              1e-4);
+}
+
+TEST_F(SceneFile, RefusesMotionsThatItCannotHave) {
+  const std::string boards = kScene.substr(0, kScene.find("path:"));
+  EXPECT_EQ(error(kScene + "period_ms: 50\n"),
+            "scene.yaml: period_ms: needs a path with one view after another, not dome or poses: "
+            "state the velocity");
+  EXPECT_EQ(error(boards + kLine + "period_ms: 0\n"), "scene.yaml: period_ms: must be > 0, got 0");
+  EXPECT_EQ(error(boards + kLine + "velocity: {turn_deg: [0, 0, 1]}\n"),
+            "scene.yaml: velocity.turn_deg: unknown key; did you mean turn_deg_s?");
+  EXPECT_EQ(error(boards + "path: {type: line, from_m: [0, 0, 1], to_m: [1, 0, 1]}\nviews: 3\n"
+                           "sensor: {direction: up}\n"),
+            "scene.yaml: sensor.direction: belongs to readout_ms");
+  EXPECT_EQ(error(boards + "path: {type: line, from_m: [0, 0, 1], to_m: [1, 0, 1]}\nviews: 3\n"
+                           "sensor: {readout_ms: 9, direction: in}\n"),
+            "scene.yaml: sensor.direction: must be down, up, right or left, got in");
 }
 
 }  // namespace

@@ -89,6 +89,9 @@ std::string report_text(const Arguments& arguments, const ViewReport& report) {
 std::string answer(const Arguments& arguments, const ViewInput& input) {
   const int view = arguments.choice.view;
   const Scene scene = scene_in_view(input.scene, view);
+  if (scene.is_rolling())
+    throw Error(
+        "sensor: readout_ms: the viewing pipeline has one pose: leave it out, or the motion");
   const Pose& pose = *input.camera_from_world;
   const NamedPoint point =
       arguments.at.empty() ? first_point(scene, pose) : named_point("--at", arguments.at, scene);

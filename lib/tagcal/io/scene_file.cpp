@@ -125,6 +125,28 @@ void read_views(const YamlValue& top, bool behind_window, MovingScene& moving) {
   }
 }
 
+// The motion of the camera while a picture is read.
+void read_velocity(const YamlValue& top, MovingScene& scene) {
+  const auto period = top.find("period_ms"), velocity = top.find("velocity");
+  if (period) {
+    if (!pose_between_views(scene.settings, 0))
+      period->fail_plainly(
+          "needs a path with one view after another, not dome or poses: state the "
+          "velocity");
+    period->positive();
+    scene.period_s = period->number_in(0, kMostMilliseconds) * 1e-3;
+  }
+  if (!velocity) return;
+  velocity->allow_only({"turn_deg_s", "move_m_s"});
+  const auto of = [&](const char* key) {
+    const auto value = velocity->find(key);
+    return value ? vectors_over_views(*value) : VectorOverViews({Vector3d::Zero()});
+  };
+  scene.velocity = [turn = of("turn_deg_s"), move = of("move_m_s")](double t) {
+    return CameraVelocity{radians(1) * turn.at(t), move.at(t)};
+  };
+}
+
 void read_levels(const YamlValue& top, Scene& scene) {
   scene.background_level = level_or(top.find("background_level"), scene.background_level);
   scene.paper_level = level_or(top.find("paper_level"), scene.paper_level);
@@ -151,6 +173,7 @@ void read_all_but_cameras(const YamlValue& top, bool behind_window, MovingScene&
   read_boards(top.at("boards"), scene, warnings);
   read_surfaces(top, scene);
   read_views(top, behind_window, scene);
+  read_velocity(top, scene);
   read_levels(top, scene.settings);
   if (const auto light = top.find("light")) {
     scene.settings.light = read_light(*light);
@@ -163,9 +186,16 @@ void read_all_but_cameras(const YamlValue& top, bool behind_window, MovingScene&
 
 AnyScene read_any_scene(const std::filesystem::path& file, std::vector<std::string>* warnings) {
   const YamlValue top = YamlValue::read(file);
-  top.allow_only({"camera", "rig", "frames", "motion", "boards", "occluders", "cuboids", "path",
-                  "jitter", "views", "sensor", "light", "background_level", "paper_level",
-                  "ink_level", "ink_spread_m", "print_grid_m", "paper_margin_m"});
+  top.allow_only({"camera",           "rig",
+                  "frames",           "motion",
+                  "boards",           "occluders",
+                  "cuboids",          "path",
+                  "jitter",           "views",
+                  "sensor",           "light",
+                  "background_level", "paper_level",
+                  "ink_level",        "ink_spread_m",
+                  "print_grid_m",     "paper_margin_m",
+                  "period_ms",        "velocity"});
   if (!top.find("rig")) {
     const SceneCamera camera = read_camera(top.at("camera"));
     MovingScene scene;
@@ -176,6 +206,9 @@ AnyScene read_any_scene(const std::filesystem::path& file, std::vector<std::stri
     read_all_but_cameras(top, camera.behind_window, scene, warnings);
     return scene;
   }
+  for (const char* key : {"period_ms", "velocity"})
+    if (const auto moving = top.find(key))
+      moving->fail_plainly("belongs to a scene with one camera, and a rolling shutter");
   RigScene rig;
   read_rig(top, rig);
   rig.scene.settings.camera = rig.cameras.front().camera;

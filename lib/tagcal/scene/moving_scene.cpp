@@ -107,6 +107,42 @@ void hang(const Affine& world_from_frame, Light& light) {
     point->position = world_from_frame * point->position;
 }
 
+Frames<Affine> frames_at(const MovingScene& scene, double t) {
+  std::vector<Frame<Affine>> frames;
+  for (const MovingFrame& frame : scene.frames)
+    frames.push_back({frame.name, frame.parent, frame.parent_from_frame(t)});
+  return {kWorldFrame, frames};
+}
+
+Pose rigid_camera_frame_at(const MovingScene& scene, double t) {
+  return rigid_world_from(frames_at(scene, t), scene.camera_frame, "the camera");
+}
+
+// The velocity along the path, by the difference of two poses beside the view.
+CameraVelocity velocity_on_path(const MovingScene& scene, int view) {
+  constexpr double kStep = 1e-3;  // numeric: of a view; its square is the error's share
+  const int num_views = scene.settings.num_views;
+  const double before = std::max(0.0, view - kStep),
+               after = std::min(num_views - 1.0, view + kStep);
+  const auto pose_at = [&](double place) {
+    const std::optional<Pose> pose = pose_between_views(scene.settings, place);
+    return *pose * rigid_camera_frame_at(scene, time_of_view(place, num_views)).inverse();
+  };
+  if (!(scene.period_s > 0) || !(after > before)) return {};
+  const Vector6d twist =
+      log_pose(pose_at(before) * pose_at(after).inverse()) / ((after - before) * scene.period_s);
+  return {twist.head<3>(), twist.tail<3>()};
+}
+
+CameraVelocity velocity_in_view(const MovingScene& scene, int view) {
+  CameraVelocity velocity = velocity_on_path(scene, view);
+  if (!scene.velocity) return velocity;
+  const CameraVelocity stated = scene.velocity(time_of_view(view, scene.settings.num_views));
+  velocity.turn_rad_s += stated.turn_rad_s;
+  velocity.move_m_s += stated.move_m_s;
+  return velocity;
+}
+
 const FunctionPath* path_with_lens(const MovingScene& scene) {
   const auto* path = std::get_if<FunctionPath>(&scene.settings.path);
   return path && path->lens ? path : nullptr;
@@ -138,15 +174,12 @@ Dataset exact_dataset_of(const MovingScene& moving, const std::vector<Pose>& cam
 }  // namespace
 
 bool moves(const MovingScene& scene) {
-  return path_with_lens(scene) || std::ranges::any_of(scene.frames, &MovingFrame::moves);
+  return path_with_lens(scene) || scene.velocity || scene.period_s > 0 ||
+         std::ranges::any_of(scene.frames, &MovingFrame::moves);
 }
 
 Frames<Affine> frames_in_view(const MovingScene& scene, int view) {
-  const double t = time_of_view(view, scene.settings.num_views);
-  std::vector<Frame<Affine>> frames;
-  for (const MovingFrame& frame : scene.frames)
-    frames.push_back({frame.name, frame.parent, frame.parent_from_frame(t)});
-  return {kWorldFrame, frames};
+  return frames_at(scene, time_of_view(view, scene.settings.num_views));
 }
 
 Scene scene_in_view(const MovingScene& moving, int view) {
@@ -169,11 +202,12 @@ Scene scene_in_view(const MovingScene& moving, int view) {
     hang(world_from(frames, moving.light_frame), *scene.light);
   if (const FunctionPath* path = path_with_lens(moving))
     scene.camera.lens = path->lens(time_of_view(view, scene.num_views));
+  scene.velocity = velocity_in_view(moving, view);
   return scene;
 }
 
 Pose rigid_camera_frame(const MovingScene& scene, int view) {
-  return rigid_world_from(frames_in_view(scene, view), scene.camera_frame, "the camera");
+  return rigid_camera_frame_at(scene, time_of_view(view, scene.settings.num_views));
 }
 
 std::vector<Pose> camera_poses(const MovingScene& scene, std::uint64_t seed) {

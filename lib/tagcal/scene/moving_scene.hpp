@@ -42,17 +42,21 @@ struct MovingScene {
   std::vector<HungOccluder> occluders;
   std::string camera_frame = kWorldFrame;  // of the camera's path; rigid relative to the world
   std::string light_frame = kWorldFrame;   // of the lamp in the settings
+  // Seconds between views, for a rolling shutter: the camera moves along its path while a picture
+  // is read (pose_between_views). 0: it does not.
+  double period_s = 0;
+  std::function<CameraVelocity(double t)> velocity;  // empty, or added to that along the path
 };
 
-// Returns true if boards, occluders or the lens differ from view to view.
+// Returns true if boards, occluders, the lens or the velocity differ from view to view.
 bool moves(const MovingScene& scene);
 
 // The hierarchy in one view. Throws Error for names that are empty, unknown or used twice, for a
 // frame that would be its own ancestor, and for a transform that is not finite.
 Frames<Affine> frames_in_view(const MovingScene& scene, int view);
 
-// The scene as it stands in one view, in world coordinates, with the camera of that view. Throws
-// Error as frames_in_view, and if a board hangs on a frame that is not rigid.
+// The scene as it stands in one view, in world coordinates, with the camera and the velocity of
+// that view. Throws Error as frames_in_view, and if a board hangs on a frame that is not rigid.
 Scene scene_in_view(const MovingScene& scene, int view);
 
 // The pose in the world of the frame in which the camera's path is given. Throws Error as

@@ -8,14 +8,43 @@
 #include "tagcal/internal/text.hpp"
 #include "tagcal/scene/light/processing.hpp"
 #include "tagcal/scene/light/shading.hpp"
+#include "tagcal/scene/raster/blur.hpp"
 #include "tagcal/scene/raster/depth.hpp"
 #include "tagcal/scene/raster/depth_of_field.hpp"
 #include "tagcal/scene/raster/noise.hpp"
 #include "tagcal/scene/raster/painter.hpp"
+#include "tagcal/viewing/viewport.hpp"
 
 namespace tagcal {
 using namespace internal;
 namespace {
+
+// The lines of a rolling shutter, each from its own pose; `draw(scene, pose)` draws a picture, of
+// which a line needs the `margin` lines beside it.
+template <typename Draw>
+ImageF by_lines(const Scene& scene, const Pose& camera_from_world, int margin, Draw&& draw) {
+  if (!scene.is_rolling()) return draw(scene, camera_from_world);
+  const RollingShutter& shutter = scene.sensor.shutter;
+  const ImageSize& size = scene.camera.image_size;
+  const int lines = shutter.by_rows() ? size.height : size.width;
+  ImageF image(size);
+  Scene strip = scene;
+  for (int line = 0; line < lines; ++line) {
+    const int first = std::max(0, line - margin), end = std::min(lines, line + margin + 1);
+    const PixelRectangle part = shutter.by_rows()
+                                    ? PixelRectangle{0, first, {size.width, end - first}}
+                                    : PixelRectangle{first, 0, {end - first, size.height}};
+    strip.camera = cropped(scene.camera, part);
+    const double seconds =
+        shutter.seconds_at(Eigen::Vector2d::Constant(static_cast<double>(line)), size);
+    const ImageF drawn = draw(strip, moved_for(seconds, scene.velocity, camera_from_world));
+    if (shutter.by_rows())
+      std::copy_n(drawn.row(line - first), size.width, image.row(line));
+    else
+      for (int y = 0; y < size.height; ++y) image(line, y) = drawn(line - first, y);
+  }
+  return image;
+}
 
 ImageF render_sharp(const Scene& scene, const TagFamilies& families,
                     const Pose& camera_from_world) {
@@ -31,6 +60,8 @@ ImageF render_sharp(const Scene& scene, const TagFamilies& families,
 }
 
 void check_focus(const Camera& camera, const Sensor& sensor) {
+  if (sensor.focus && sensor.shutter.readout_s > 0)
+    throw Error("focus: does not go with a rolling shutter (readout_ms)");
   if (sensor.focus && &kind_of(camera.lens) != &kind_of<Perspective>())
     throw Error("focus: needs a perspective lens, not a " + std::string(kind_of(camera.lens).name) +
                 " one");
@@ -84,8 +115,12 @@ ImageF render_light(const Scene& scene, const TagFamilies& families,
     throw Error("scene: ink_spread_m: must not be above paper_margin_m, got " +
                 short_number(scene.ink_spread_m));
   check_focus(scene.camera, scene.sensor);
+  const int margin = blur_reach_px(scene.sensor.blur_px);
   ImageF light = scene.sensor.focus ? render_in_focus(scene, families, camera_from_world)
-                                    : render_sharp(scene, families, camera_from_world);
+                                    : by_lines(scene, camera_from_world, margin,
+                                               [&](const Scene& strip, const Pose& pose) {
+                                                 return render_sharp(strip, families, pose);
+                                               });
   vignette(scene.camera, scene.sensor.vignetting, light);
   return light;
 }
@@ -97,8 +132,10 @@ void check_sensor(const Camera& camera, const Sensor& sensor) {
 }
 
 ImageF render_depth(const Scene& scene, const Pose& camera_from_world) {
-  const Shadows shadows(scene, scene.camera.lens, camera_from_world);
-  return depth_of_sheets(shadows, shadows.all(), scene.camera);
+  return by_lines(scene, camera_from_world, 0, [](const Scene& strip, const Pose& pose) {
+    const Shadows shadows(strip, strip.camera.lens, pose);
+    return depth_of_sheets(shadows, shadows.all(), strip.camera);
+  });
 }
 
 Image16 depth_levels(const ImageF& depth, double unit_m, std::size_t* num_beyond) {

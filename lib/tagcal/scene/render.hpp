@@ -12,17 +12,19 @@ namespace tagcal {
 // with the exact area of the pixel in which it is seen, also where surfaces cut each other (edges
 // that the lens bends are followed to 1e-4 px). The blur is a continuous Gaussian, applied before
 // the pixels sample it. Light on the sheets, vignetting and depth of field as the scene says; the
-// shading by a point lamp is that at the centre of a pixel. Throws Error for an unknown family or
-// tag id, and if the ink would spread over the paper's border or until edges meet (ink_cells), and
-// as check_sensor.
+// shading by a point lamp is that at the centre of a pixel. A line of a rolling shutter is that
+// line of the picture from its own pose. Throws Error for an unknown family or tag id, and if the
+// ink would spread over the paper's border or until edges meet (ink_cells), and as check_sensor.
 ImageF render_light(const Scene& scene, const TagFamilies& families, const Pose& camera_from_world);
 
 // Throws Error if the camera cannot have the sensor's settings: vignetting that is negative in the
-// image or needs rays below 90 degrees to the axis, a focus without a perspective lens; and for a
-// mosaic, denoising, sharpening or JPEG quality out of its range, or JPEG of 16 bits.
+// image or needs rays below 90 degrees to the axis, a focus without a perspective lens or with a
+// rolling shutter; and for a mosaic, denoising, sharpening or JPEG quality out of its range, or
+// JPEG of 16 bits.
 void check_sensor(const Camera& camera, const Sensor& sensor);
 
-// The depth of what the centre of each pixel sees: z in the camera, metres; NaN for nothing.
+// The depth of what the centre of each pixel sees: z in the camera, metres; NaN for nothing. The
+// camera is that of the pixel's line.
 ImageF render_depth(const Scene& scene, const Pose& camera_from_world);
 
 // The depths as whole multiples of a unit, rounded; 0 for nothing, and for a depth that is not

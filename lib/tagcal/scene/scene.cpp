@@ -25,10 +25,10 @@ Vector3d eye_of(const Orbit& orbit) {
   return camera_from_world_on_orbit(orbit).inverse().translation();
 }
 
-PlaceOnPath sight(const RingPath& path, int i, int n) {
+PlaceOnPath sight(const RingPath& path, double i, int n) {
   const double turn = path.end_rad - path.start_rad;
   const bool closed = std::abs(std::abs(turn) - 2 * std::numbers::pi) < 1e-9;
-  const double t = closed ? static_cast<double>(i) / n : time_of_view(i, n);
+  const double t = closed ? i / n : time_of_view(i, n);
   return {eye_of({path.centre, path.radius_m, path.start_rad + t * turn, 0}), path.target};
 }
 
@@ -52,7 +52,7 @@ PlaceOnPath sight(const DomePath& path, int i, int n) {
   return {eye_of({path.target, distance, azimuth, std::asin(sine)}), path.target};
 }
 
-PlaceOnPath sight(const LinePath& path, int i, int n) {
+PlaceOnPath sight(const LinePath& path, double i, int n) {
   return {path.from + time_of_view(i, n) * (path.to - path.from), path.target};
 }
 
@@ -111,8 +111,30 @@ Pose pose_on(const FunctionPath& path, int view, int num_views, const Shift& shi
 
 }  // namespace
 
-double time_of_view(int view, int num_views) {
-  return num_views > 1 ? static_cast<double>(view) / (num_views - 1) : 0;
+double RollingShutter::seconds_at(const Eigen::Vector2d& pixel, const ImageSize& size) const {
+  const double share = by_rows() ? (pixel.y() + 0.5) / size.height : (pixel.x() + 0.5) / size.width;
+  const bool forwards = direction == ReadDirection::down || direction == ReadDirection::right;
+  return readout_s * (forwards ? share - 0.5 : 0.5 - share);
+}
+
+Pose moved_for(double seconds, const CameraVelocity& velocity, const Pose& camera_from_world) {
+  Vector6d twist;
+  twist << velocity.turn_rad_s, velocity.move_m_s;
+  return exp_pose(-seconds * twist) * camera_from_world;
+}
+
+double time_of_view(double view, int num_views) {
+  return num_views > 1 ? view / (num_views - 1) : 0;
+}
+
+std::optional<Pose> pose_between_views(const Scene& scene, double view) {
+  if (const auto* path = std::get_if<FunctionPath>(&scene.path))
+    return path->camera_from_world(time_of_view(view, scene.num_views));
+  if (const auto* path = std::get_if<RingPath>(&scene.path))
+    return looking_at(sight(*path, view, scene.num_views));
+  if (const auto* path = std::get_if<LinePath>(&scene.path))
+    return looking_at(sight(*path, view, scene.num_views));
+  return std::nullopt;
 }
 
 std::vector<Pose> camera_poses(const Scene& scene, std::uint64_t seed) {

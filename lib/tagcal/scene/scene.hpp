@@ -66,8 +66,8 @@ struct FunctionPath {
 
 using CameraPath = std::variant<RingPath, DomePath, LinePath, ExplicitPath, FunctionPath>;
 
-// The time of a view for FunctionPath.
-double time_of_view(int view, int num_views);
+// The time of a view for FunctionPath; a place between two views has one, too.
+double time_of_view(double view, int num_views);
 
 // Random displacement of each view from the path: uniform, at most these values.
 struct PathJitter {
@@ -114,6 +114,32 @@ struct Sharpen {
   double radius_px = 1;  // standard deviation of the Gaussian, in (0, 10]
 };
 
+// A sensor that reads its rows, or its columns, one after another (rolling shutter). Each line is
+// exposed at an instant of its own: line i of n, in the order of reading, ((i + 1/2) / n - 1/2)
+// readout_s after the middle of the picture, whose pose is that of the view.
+enum class ReadDirection { down, up, right, left };  // from the first line read to the last
+struct RollingShutter {
+  double readout_s = 0;  // n times the time from one line to the next; 0: a global shutter
+  ReadDirection direction = ReadDirection::down;
+
+  bool by_rows() const {
+    return direction == ReadDirection::down || direction == ReadDirection::up;
+  }
+  // When the line of a pixel is read, in seconds from the middle of the picture.
+  double seconds_at(const Eigen::Vector2d& pixel, const ImageSize& size) const;
+};
+
+// The velocity of a camera, in the camera frame.
+struct CameraVelocity {
+  Eigen::Vector3d turn_rad_s = Eigen::Vector3d::Zero();
+  Eigen::Vector3d move_m_s = Eigen::Vector3d::Zero();
+
+  bool is_zero() const { return turn_rad_s.isZero(0) && move_m_s.isZero(0); }
+};
+
+// The pose of a camera `seconds` after it had this one, along the screw motion of its velocity.
+Pose moved_for(double seconds, const CameraVelocity& velocity, const Pose& camera_from_world);
+
 // Conversion of light to grey levels: value = white * (exposure * level)^gamma, plus Gaussian
 // noise, clipped. With a mosaic the sensor is linear, as in a camera: gains, noise, clipping and
 // interpolation come before the gamma. Then follow `denoise`, `sharpen` and `jpeg`, in this order.
@@ -129,6 +155,7 @@ struct Sensor {
   std::optional<Denoise> denoise;
   std::optional<Sharpen> sharpen;
   std::optional<int> jpeg;  // quality, 1 to 100, as libjpeg has it; of 8 bits only
+  RollingShutter shutter;   // not with a focus
 };
 
 // A lamp with parallel rays: it adds strength * cosine, the cosine of the angle between its light
@@ -174,11 +201,19 @@ struct Scene {
   double print_grid_m = 0;
   double paper_margin_m = 0.02;  // white paper around the tags
   std::optional<Light> light;    // without it, sheets have their own levels
+  // Of the camera while a picture is read, for a rolling shutter. All else stands still meanwhile.
+  CameraVelocity velocity;
+
+  bool is_rolling() const { return sensor.shutter.readout_s > 0 && !velocity.is_zero(); }
 };
 
 // The poses of all views, camera_from_world. Equal seeds give equal poses. Throws Error if there
 // are no views or more than an ExplicitPath has, or if the eye of a view is at its target.
 std::vector<Pose> camera_poses(const Scene& scene, std::uint64_t seed);
+
+// The pose on the path at a place between two views (0: the first view), without jitter. No value
+// for paths whose views are not in a row: DomePath and ExplicitPath.
+std::optional<Pose> pose_between_views(const Scene& scene, double view);
 
 // The name of the image of view i: "000.png", "001.png", ...
 std::string image_name(int view);

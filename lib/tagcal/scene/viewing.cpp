@@ -60,18 +60,42 @@ Affine receding(const Lens& lens) {
 
 }  // namespace
 
+std::optional<Sighting> sighting(const Scene& scene, const Pose& camera_from_world,
+                                 const Vector3d& x_in_world) {
+  auto pixel = project(scene.camera.lens, camera_from_world * x_in_world);
+  if (!pixel) return std::nullopt;
+  if (!scene.is_rolling()) return Sighting{*pixel, camera_from_world};
+  constexpr int kMostSteps = 100;   // numeric: a corner that moves by a third of a line per line
+  constexpr double kClose = 1e-11;  // numeric: px, near the rounding of a pixel
+  for (int step = 0; step < kMostSteps; ++step) {
+    const double seconds = scene.sensor.shutter.seconds_at(*pixel, scene.camera.image_size);
+    const Pose pose = moved_for(seconds, scene.velocity, camera_from_world);
+    const auto next = project(scene.camera.lens, pose * x_in_world);
+    if (!next) return std::nullopt;
+    const double change = (*next - *pixel).norm();
+    pixel = next;
+    if (change < kClose) return Sighting{*pixel, pose};
+  }
+  return std::nullopt;
+}
+
 std::vector<Observation> visible_corners(const Scene& scene, const Pose& camera_from_world) {
-  const Shadows shadows(scene, scene.camera.lens, camera_from_world);
+  const Shadows middle(scene, scene.camera.lens, camera_from_world);
   std::vector<Observation> seen;
   const auto look_at = [&](const CornerId& id, const Vector3d& x_in_world, std::size_t own) {
-    const Vector3d x = camera_from_world * x_in_world;
-    const auto pixel = project(scene.camera.lens, x);
-    if (!pixel || !contains(scene.camera.image_size, *pixel)) return;
-    if (!shadows.seen_instead(x, own)) seen.push_back({id, *pixel, {}});
+    const auto found = sighting(scene, camera_from_world, x_in_world);
+    if (!found || !contains(scene.camera.image_size, found->pixel)) return;
+    const Vector3d x = found->camera_from_world * x_in_world;
+    const auto is_seen = [&](const Shadows& shadows) {
+      return (own == Shadows::kNone || shadows.faces(own)) && !shadows.seen_instead(x, own);
+    };
+    if (scene.is_rolling() ? is_seen({scene, scene.camera.lens, found->camera_from_world})
+                           : is_seen(middle))
+      seen.push_back({id, found->pixel, {}});
   };
-  for (std::size_t own = 0; own < shadows.sheets().size(); ++own) {
-    const Sheet& sheet = shadows.sheets()[own];
-    if (!sheet.panel || !shadows.faces(own)) continue;
+  for (std::size_t own = 0; own < middle.sheets().size(); ++own) {
+    const Sheet& sheet = middle.sheets()[own];
+    if (!sheet.panel || !(scene.is_rolling() || middle.faces(own))) continue;
     const Pose& world_from_board = scene.boards[sheet.board].world_from_board;
     for (const TargetPoint& point : sheet.panel->points)
       look_at(point.id, world_from_board * point.position, own);

@@ -50,6 +50,18 @@ struct NearFar {
 };
 NearFar enclosing_planes(const Scene& scene, const Pose& camera_from_world);
 
+// Where a camera sees a point, and its pose at that instant.
+struct Sighting {
+  Eigen::Vector2d pixel;
+  Pose camera_from_world;
+};
+
+// The sighting of a point of the world: with a rolling shutter, at the pose of the line on which it
+// is seen, by fixed-point iteration (it converges unless the point runs with the readout, which has
+// no value). No value outside the lens' domain.
+std::optional<Sighting> sighting(const Scene& scene, const Pose& camera_from_world,
+                                 const Eigen::Vector3d& x_in_world);
+
 // The exact pixels of the corners that a view shows, ordered by id: those in the lens' domain and
 // inside the image, on a face turned to the camera, and hidden neither by an occluder nor by the
 // paper of another board. Points of a `points` target have no face and are visible from both sides;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 
 #include "tagcal/error.hpp"
 #include "tagcal/io/scene/scene_values.hpp"
@@ -71,6 +72,19 @@ Sharpen read_sharpen(const YamlValue& value) {
   return {value.at("amount").number(), value.at("radius_px").number()};
 }
 
+RollingShutter read_shutter(const YamlValue& value) {
+  RollingShutter shutter;
+  const auto readout = value.find("readout_ms"), direction = value.find("direction");
+  if (readout) shutter.readout_s = readout->number_in(0, kMostMilliseconds) * 1e-3;
+  if (!direction) return shutter;
+  if (!readout) direction->fail_plainly("belongs to readout_ms");
+  const std::array names = {"down", "up", "right", "left"};  // in the order of ReadDirection
+  const auto name = std::ranges::find(names, direction->text());
+  if (name == names.end()) direction->fail("must be down, up, right or left");
+  shutter.direction = static_cast<ReadDirection>(name - names.begin());
+  return shutter;
+}
+
 void read_processing(const YamlValue& value, Sensor& sensor) {
   if (const auto mosaic = value.find("mosaic")) sensor.mosaic = read_mosaic(*mosaic);
   if (const auto denoise = value.find("denoise")) sensor.denoise = read_denoise(*denoise);
@@ -96,7 +110,7 @@ Light read_light(const YamlValue& value) {
 
 Sensor read_sensor(const YamlValue& value, const Camera& camera) {
   value.allow_only({"exposure", "blur_px", "noise_levels", "bits", "gamma", "vignetting", "focus",
-                    "mosaic", "denoise", "sharpen", "jpeg"});
+                    "mosaic", "denoise", "sharpen", "jpeg", "readout_ms", "direction"});
   Sensor sensor;
   if (const auto exposure = value.find("exposure")) sensor.exposure = exposure->positive();
   if (const auto blur = value.find("blur_px")) sensor.blur_px = blur->number_in(0, 100);
@@ -106,6 +120,7 @@ Sensor read_sensor(const YamlValue& value, const Camera& camera) {
   if (const auto vignetting = value.find("vignetting"))
     sensor.vignetting = read_vignetting(*vignetting);
   if (const auto focus = value.find("focus")) sensor.focus = read_focus(*focus);
+  sensor.shutter = read_shutter(value);
   read_processing(value, sensor);
   try {
     check_sensor(camera, sensor);

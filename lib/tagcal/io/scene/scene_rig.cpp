@@ -12,9 +12,6 @@
 namespace tagcal::internal {
 namespace {
 
-// Stamps of a day without a view still have microseconds in a double of seconds.
-constexpr double kMostMilliseconds = 86'400'000;
-
 // The name of a camera is that of its folder.
 std::string read_folder_name(const YamlValue& value) {
   constexpr std::size_t kMostCharacters = 64;

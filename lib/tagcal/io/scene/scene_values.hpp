@@ -9,6 +9,9 @@
 
 namespace tagcal::internal {
 
+// A day: stamps within it have microseconds in a double of seconds.
+inline constexpr double kMostMilliseconds = 86'400'000;
+
 inline double radians(double degrees) { return degrees * std::numbers::pi / 180; }
 
 inline double not_negative_or(const std::optional<YamlValue>& value, double otherwise) {

@@ -7,11 +7,22 @@
 #include "tagcal/scene/raster/coverage.hpp"
 
 namespace tagcal::internal {
+namespace {
+
+constexpr double kReachSigmas = 5;  // numeric: the Gaussian is 4e-6 of its height there
+
+}  // namespace
+
+int blur_reach_px(double blur_px) {
+  return blur_px > 0 ? static_cast<int>(std::ceil(kReachSigmas * blur_px)) + 1 : 0;
+}
 
 // The box of a pixel is a sum of `scale` boxes of cells. The Gaussian is sampled, because its
 // spectrum ends far below the frequency of the cells.
 Blur::Blur(double blur_px, int scale, float factor, ImageF& image)
-    : image_(image), scale_(scale), reach_(static_cast<int>(std::ceil(5 * blur_px * scale))) {
+    : image_(image),
+      scale_(scale),
+      reach_(static_cast<int>(std::ceil(kReachSigmas * blur_px * scale))) {
   const double sigma = blur_px * scale;
   const int count = 2 * reach_ + scale;
   Eigen::VectorXd weights = Eigen::VectorXd::Zero(count);

@@ -9,6 +9,9 @@
 
 namespace tagcal::internal {
 
+// How many pixels beside its own the blur of a pixel takes in at most.
+int blur_reach_px(double blur_px);
+
 // Applies a Gaussian blur (standard deviation blur_px > 0, in pixels) and a factor to a raster
 // `scale` times finer than the image and samples it at the pixels. The last cell is repeated beyond
 // the border. The raster comes row by row, and memory holds only the rows that a pixel needs.
