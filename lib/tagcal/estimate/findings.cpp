@@ -17,7 +17,8 @@ constexpr std::array kRefusals = {code::degenerate,
                                   code::not_synchronous,
                                   code::pair_contradicts,
                                   code::camera_without_answer,
-                                  code::sizes_swapped};
+                                  code::sizes_swapped,
+                                  code::few_units};
 
 }  // namespace
 
