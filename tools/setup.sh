@@ -21,7 +21,10 @@ python=(
   python3-dev pybind11-dev python3-numpy python3-pytest python3-opencv python3-matplotlib
   python3-setuptools python3-pip python3-venv mypy
 )
-peers=(ffmpeg libheif-examples colmap python3-mrcal python3-camera-calibration-parsers python3-yaml)
+peers=(
+  ffmpeg libheif-examples colmap python3-mrcal python3-camera-calibration-parsers python3-yaml
+  slurmctld slurmd slurm-client munge python3-distributed  # of tests/fleet
+)
 checks=(clang libclang-rt-dev llvm valgrind locales)
 browser=(chromium chromium-driver python3-selenium python3-pytest)
 

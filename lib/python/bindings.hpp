@@ -22,5 +22,6 @@ void bind_uncertainty(pybind11::module_& m);
 void bind_reproject(pybind11::module_& m);
 void bind_files(pybind11::module_& m);
 void bind_validate(pybind11::module_& m);
+void bind_fleet(pybind11::module_& m);  // after calibrate
 
 }  // namespace tagcal::python

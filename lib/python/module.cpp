@@ -56,6 +56,7 @@ PYBIND11_MODULE(_core, m) {
   bind_stereo(m);
   bind_files(m);
   bind_validate(m);
+  bind_fleet(m);
 
   py::list names;
   for (const auto& [name, value] : m.attr("__dict__").cast<py::dict>())

@@ -189,7 +189,7 @@ TEST_F(Interrupted, CalibrateGoesOnWithTheDataSetsThatAreLeft) {
   {
     CliProcess process(command + " >/dev/null 2>&1");
     const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
-    while (!fs::exists(root() / "fleet/.resume/left.json") &&
+    while (!fs::exists(root() / "fleet/summary/left.json") &&
            std::chrono::steady_clock::now() < end)
       std::this_thread::sleep_for(std::chrono::milliseconds(2));
     process.send(SIGKILL);
@@ -200,15 +200,15 @@ TEST_F(Interrupted, CalibrateGoesOnWithTheDataSetsThatAreLeft) {
   spill(corners, text);
   const auto time = fs::last_write_time(root() / "fleet/left.yaml");
   expect_bad_input(replaced(command, "--model f", "--model pinhole"),
-                   {"fleet", "begun with other"});
+                   {"fleet", "made with other options"});
   // Damaged outcomes are none.
-  spill(root() / "fleet/.resume/middle.json", std::string(1'000'000, '['));
-  spill(root() / "fleet/.resume/right.json", R"({"inputs": 1, "row": "x"})");
+  spill(root() / "fleet/summary/middle.json", std::string(1'000'000, '['));
+  spill(root() / "fleet/summary/right.json", R"({"inputs": 1, "row": "x"})");
   const Outcome resumed = run(command);
   EXPECT_EQ(resumed.exit_code, 0) << resumed.err;
   EXPECT_EQ(fs::last_write_time(root() / "fleet/left.yaml"), time);
   EXPECT_EQ(std::count(resumed.out.begin(), resumed.out.end(), '\n'), 4) << resumed.out;
-  EXPECT_EQ(bytes_of(root() / "fleet").size(), 3u);  // .resume is gone
+  EXPECT_EQ(bytes_of(root() / "fleet").size(), 7u);  // 3 calibrations and summaries, and the lock
 
   expect_bad_input("calibrate " + path("left") + " --resume --out " + path("one.yaml"),
                    {"--resume", "several data sets"});

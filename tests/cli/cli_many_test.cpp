@@ -24,6 +24,13 @@ Json without_times(Json json) {
 
 class CliMany : public Cli {
  protected:
+  // The calibrations of a folder, without their summaries.
+  static std::map<std::string, std::string> calibrations_of(const fs::path& folder) {
+    auto files = bytes_of(folder);
+    std::erase_if(files, [](const auto& file) { return !file.first.ends_with(".yaml"); });
+    return files;
+  }
+
   // Writes three different data sets and returns their names as arguments.
   static std::string three() {
     exact_set("a");
@@ -48,7 +55,7 @@ TEST_F(CliMany, GivesEachWhatItsOwnCallGives) {
   const auto lines = lines_of(table.out);
   ASSERT_EQ(lines.size(), 4u) << table.out;
   EXPECT_TRUE(lines[0].starts_with("data set  status  model")) << lines[0];
-  const auto files = bytes_of(path("many"));
+  const auto files = calibrations_of(path("many"));
   ASSERT_EQ(files.size(), 3u);
   const Json array = Json::parse(run("calibrate " + sets + model + " --json").out);
   ASSERT_EQ(array.size(), 3u);
@@ -94,7 +101,10 @@ TEST_F(CliMany, OneBadDataSetHarmsNoOther) {
   EXPECT_TRUE(lines[2].starts_with("a ") && lines[2].find(" ok ") != std::string::npos);
   EXPECT_NE(lines[3].find("bad/dataset.yaml: image_sizes: "), std::string::npos) << lines[3];
   EXPECT_TRUE(lines[4].starts_with("c ") && lines[4].find(" ok ") != std::string::npos);
-  EXPECT_EQ(bytes_of(path("some")).size(), 2u);
+  EXPECT_EQ(calibrations_of(path("some")).size(), 2u);
+  const Json summary = Json::parse(slurp(path("some/summary/bad.json")));
+  EXPECT_EQ(summary["unit"]["status"], "error");
+  EXPECT_NE(summary["unit"]["reason"].get<std::string>().find("image_sizes"), std::string::npos);
   const Outcome json = run(sets + " --model radial1 --json");
   EXPECT_EQ(json.exit_code, 2);
   const Json array = Json::parse(json.out);
@@ -133,9 +143,11 @@ TEST_F(CliMany, WhatCannotWorkIsSaidBeforeAnyWork) {
   expect_bad_input(two + " --uncertainty " + path("u.svg"), {"--uncertainty", "one camera"});
   expect_bad_input(two + " --observations x.csv", {"--observations", "one data set"});
   expect_bad_input(two + " --model opencv6", {"opencv6"});
-  EXPECT_EQ(
-      run("calibrate " + path("no") + " " + path("nowhere") + " --out " + path("empty")).exit_code,
-      2);
+  EXPECT_EQ(names(), before);
+  expect_bad_input(two + " --chunk 1/2 --out " + path("parts"), {"--chunk", "--resume"});
+  for (const char* wrong : {"0/2", "3/2", "1", "1/2x", "/2", "1/0"})
+    expect_bad_input(two + " --resume --out " + path("parts") + " --chunk " + wrong,
+                     {"--chunk: must be K/N", wrong});
   EXPECT_EQ(names(), before);
 }
 
@@ -155,7 +167,38 @@ TEST_F(CliMany, ResumeCalibratesWhatHasChanged) {
   EXPECT_NE(slurp(root() / "kept/a.yaml").find("num_views: 5"), std::string::npos);
   EXPECT_EQ(slurp(root() / "kept/c.yaml"), c);
   EXPECT_EQ(fs::last_write_time(path("kept/c.yaml")), fs::file_time_type());
-  EXPECT_FALSE(fs::exists(path("kept/.resume")));
+}
+
+// Chunks and threads, in whatever order, leave the bytes of one call; the time is not kept.
+TEST_F(CliMany, ChunksLeaveTheSameBytes) {
+  three();
+  const std::string sets = path("c") + " " + path("a") + " " + path("b");
+  const std::string options = " --model f+c --resume --out ";
+  ASSERT_EQ(run("calibrate " + sets + options + path("whole")).exit_code, 0);
+  for (const char* chunk : {"2/2", "1/2"}) {
+    const Outcome part = run("calibrate " + sets + " --chunk " + chunk + options + path("parts"));
+    ASSERT_EQ(part.exit_code, 0) << part.err;
+    EXPECT_NE(part.err.find("of 3 data sets"), std::string::npos) << part.err;
+  }
+  EXPECT_EQ(run("calibrate " + sets + " --chunk 4/5" + options + path("parts")).exit_code, 0);
+  EXPECT_EQ(bytes_of(path("parts")), bytes_of(path("whole")));
+  const auto lines =
+      lines_of(run("calibrate " + sets + " --chunk 1/2" + options + path("parts")).out);
+  ASSERT_EQ(lines.size(), 3u);
+  EXPECT_TRUE(lines[1].starts_with("a ") && lines[1].ends_with("-")) << lines[1];
+  EXPECT_TRUE(lines[2].starts_with("c ")) << lines[2];
+}
+
+// An error says so in the summary, but replaces no answer.
+TEST_F(CliMany, AnErrorReplacesNoEarlierAnswer) {
+  three();
+  const std::string sets =
+      "calibrate " + path("a") + " " + path("b") + " --model f --out " + path("lasting");
+  ASSERT_EQ(run(sets).exit_code, 0);
+  const auto before = bytes_of(path("lasting"));
+  spill(path("b/dataset.yaml"), "image_size: 3\n");
+  EXPECT_EQ(run(sets).exit_code, 2);
+  EXPECT_EQ(bytes_of(path("lasting")), before);
 }
 
 // Folders of pictures are cameras, one each, unless the user says that they are of one.

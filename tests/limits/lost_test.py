@@ -44,6 +44,7 @@ COMMANDS = {
     "reproject": ("reproject photo.png more.png --camera camera.yaml --undistort all --mask --maps "
                   "--force --out {out}", "--border 9"),
     "calibrate many": ("calibrate set set2 --no-cache --out {out} --model f", "--sigma-px 1"),
+    "fleet": ("fleet cams --limits limits.yaml --out {out}.csv", ""),
     "convert folder": ("convert camera.yaml {out} --to colmap", "--model f --max-difference-px 1000"),
     "completion": ("completion --share {out}", ""),
 }

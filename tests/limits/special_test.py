@@ -54,6 +54,9 @@ INPUTS = {
     ("view", "--camera"): "view set --camera {file}",
     ("diff", ""): "diff {file} camera.yaml",
     ("diff", "other"): "diff camera.yaml {file}",
+    ("fleet", ""): "fleet {file}",
+    ("fleet", "--units"): "fleet cams --units {file}",
+    ("fleet", "--limits"): "fleet cams --limits {file}",
     ("convert", ""): "convert {file} {out}.yaml --to opencv",
     ("convert", "--poses"): "convert camera.yaml {out}.json --to nerfstudio --poses {file}",
     ("convert", "--target"): "convert corners.csv {out}.vnl --target {file}",
@@ -96,6 +99,8 @@ OUTPUTS = {
     ("report", "--out"): "report camera.yaml --out {file}",
     ("pose", "--draw"): "pose set --observations corners.csv --camera camera.yaml --draw {file}",
     ("board", "--out"): "board target.yaml --out {file}.pdf",
+    ("fleet", "--out"): "fleet cams --limits limits.yaml --out {file}.csv",
+    ("fleet", "page"): "fleet cams --limits limits.yaml --out {file}.html",
     ("convert", ""): "convert camera.yaml {file} --to ros",
     ("convert", "folder"): "convert camera.yaml {file} --to colmap",
     ("convert", "--picture"): "convert camera.yaml {out}.yaml --to tagcal --model radial2 --picture "

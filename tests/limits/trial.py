@@ -89,6 +89,9 @@ def workshop(folder):
         if arguments[0] == "pose":
             (folder / "poses.json").write_text(done.out)
     (folder / "target.yaml").write_bytes((folder / "set/target.yaml").read_bytes())
+    (folder / "cams").mkdir()
+    (folder / "cams/one.yaml").write_bytes((folder / "camera.yaml").read_bytes())
+    (folder / "limits.yaml").write_text("rms_px: 100\n")
     (folder / "photo.png").write_bytes((folder / "set/images/000.png").read_bytes())
     return folder
 

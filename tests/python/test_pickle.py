@@ -76,10 +76,18 @@ def results() -> dict[type, object]:
         tagcal.PlaneRaster([0, 0], 0.001, (9, 9)),
         tagcal.read_cameras(DESK / "truth.yaml"),
         tagcal.validate(calibration, dataset),
+        population(), tagcal.unit_distances(population(), np.zeros((1, 2)), np.eye(2)[None]),
+        tagcal.estimate_trend(
+            np.zeros((3, 2)), np.tile(np.eye(2), (3, 1, 1)), [[1.0], [2.0], [3.0]]),
     ]  # fmt: skip
     found: dict[type, object] = {}
     seen_classes(everything, found)
     return found
+
+
+def population() -> tagcal.Population:
+    values = np.random.default_rng(1).normal(size=(60, 2))
+    return tagcal.estimate_population(values, np.tile(0.1 * np.eye(2), (60, 1, 1)))
 
 
 def state(value: object) -> object:

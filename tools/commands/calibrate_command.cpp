@@ -14,6 +14,7 @@
 #include "draw/uncertainty_picture.hpp"
 #include "job/arguments.hpp"
 #include "job/camera_input.hpp"
+#include "job/digest.hpp"
 #include "job/messages.hpp"
 #include "job/outputs.hpp"
 #include "job/progress.hpp"
@@ -42,6 +43,7 @@ struct Arguments {
   bool one_camera = false;
   bool keep_all = false;
   bool resume = false;
+  std::string chunk;  // K/N
   bool verbose = false;
   bool json = false;
 };
@@ -65,6 +67,8 @@ void check_usage(const Arguments& arguments, bool several) {
     throw Error("--report: shows one camera only; tagcal report shows each calibration file");
   if (arguments.resume && (!several || arguments.out.empty()))
     throw Error("--resume: needs several data sets or folders, and --out");
+  if (!arguments.chunk.empty() && !arguments.resume)
+    throw Error("--chunk: needs --resume, with which several processes can write into one --out");
   if (arguments.uncertainty.empty()) return;
   if (several) {
     throw Error("--uncertainty: draws one camera only (each calibration file contains its grid)");
@@ -213,7 +217,15 @@ void overrule(const Arguments& arguments, CalibrateOptions& options) {
   options.start = read_camera(arguments.start).camera;
 }
 
-int run(const Arguments& given) {
+// What decides the answers of several cameras, besides the data sets: all other options, and the
+// content of a start.
+std::string deciding_options(const CLI::App& command, const std::string& start) {
+  const std::string options = given_options(
+      command, {"--out", "--threads", "--resume", "--chunk", "--json", "--quiet", "--no-cache"});
+  return start.empty() ? options : options + " " + digest_of_file(start);
+}
+
+int run(const CLI::App& command, const Arguments& given) {
   Arguments arguments = given;
   CalibrateOptions& options = arguments.job.options;
   overrule(arguments, options);
@@ -221,8 +233,11 @@ int run(const Arguments& given) {
   naming_options([&] { check_options(options); });  // before any work
   const bool several = are_several_cameras(arguments);
   check_usage(arguments, several);
-  return several ? calibrate_many(arguments.job, {arguments.out, arguments.json, arguments.resume})
-                 : run_one(arguments);
+  if (!several) return run_one(arguments);
+  return calibrate_many(
+      arguments.job,
+      {arguments.out, arguments.json, arguments.resume, deciding_options(command, arguments.start),
+       arguments.chunk.empty() ? Chunk() : chunk_of_text(arguments.chunk)});
 }
 
 }  // namespace
@@ -292,7 +307,12 @@ Command add_calibrate(CLI::App& app) {
               "calibrate from the N most informative views only, and print what each adds")
       .seldom();
   add_flag(*command, "--resume", arguments->resume,
-           "of several cameras, with --out: the same command goes on where it was interrupted")
+           "of several cameras, with --out: calibrate only those that have no outcome there yet; "
+           "several processes can share the folder")
+      .seldom();
+  add_option(*command, "--chunk", arguments->chunk,
+             "of several cameras, with --resume: every N-th one from the K-th on, as one of N jobs")
+      .text("K/N")
       .seldom();
   add_flag(*command, "--advise", arguments->job.advise,
            "print the next view that would improve the answer most, and by how much");
@@ -306,7 +326,7 @@ Command add_calibrate(CLI::App& app) {
              "Example: tagcal calibrate desk --observations corners.csv --out camera.yaml\n"
              "         tagcal calibrate --target board.yaml photos/*.jpg --json\n"
              "         tagcal calibrate --target board.yaml left right --out cameras");
-  return {command, [arguments] { return run(*arguments); }};
+  return {command, [command, arguments] { return run(*command, *arguments); }};
 }
 
 }  // namespace tagcal::tools

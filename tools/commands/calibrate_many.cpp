@@ -1,10 +1,14 @@
 #include "commands/calibrate_many.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
-#include <chrono>
+#include <cerrno>
+#include <charconv>
 #include <cmath>
 #include <exception>
 #include <map>
@@ -73,10 +77,24 @@ std::vector<DataSet> data_sets(const std::vector<std::string>& folders, const fs
   return sets;
 }
 
+// The sets of a chunk. Not one run after the other, because sets of neighbouring names may be as
+// large as each other.
+std::vector<DataSet> chunk_of(std::vector<DataSet> sets, const Chunk& chunk) {
+  if (chunk.count == 1) return sets;
+  std::ranges::sort(sets, {}, &DataSet::name);
+  std::vector<DataSet> some;
+  for (std::size_t i = chunk.index - 1; i < sets.size(); i += chunk.count)
+    some.push_back(std::move(sets[i]));
+  print_note("chunk {}/{}: {} of {} data sets\n", chunk.index, chunk.count, some.size(),
+             sets.size());
+  return some;
+}
+
 // The folder for the answers. It is removed again if it was created here and stays empty.
 class AnswerFolder {
  public:
-  explicit AnswerFolder(fs::path folder) : folder_(std::move(folder)) {
+  // `shared`: with other processes that share it; each data set has a lock then.
+  AnswerFolder(fs::path folder, bool shared) : folder_(std::move(folder)) {
     if (folder_.empty()) return;
     const bool is_folder = fs::is_directory(folder_);
     if (!is_folder && (fs::exists(folder_) || has_camera_name(folder_)))
@@ -87,11 +105,15 @@ class AnswerFolder {
     std::error_code why;
     is_new_ = fs::create_directories(folder_, why);
     if (why) throw Error(fmt::format("{}: cannot be written: {}", folder_.string(), why.message()));
-    lock_.emplace(folder_, std::chrono::seconds(0));
-    if (!lock_->is_held())
-      throw Error(fmt::format("{}: another process is writing it", folder_.string()));
+    lock_ = ::open(folder_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (::flock(lock_, (shared ? LOCK_SH : LOCK_EX) | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+      ::close(lock_);
+      throw Error(fmt::format("{}: another process is writing it{}", folder_.string(),
+                              shared ? "" : " (with --resume both can)"));
+    }
   }
   ~AnswerFolder() {
+    if (lock_ >= 0) ::close(lock_);
     std::error_code not_empty;
     if (is_new_) fs::remove(folder_, not_empty);
   }
@@ -101,7 +123,7 @@ class AnswerFolder {
  private:
   fs::path folder_;
   bool is_new_ = false;
-  std::optional<FolderLock> lock_;  // for one process at a time
+  int lock_ = -1;  // file systems without locks have none
 };
 
 std::string fixed(double value, int digits) {
@@ -131,9 +153,10 @@ Outcome calibrate_set(CalibrationJob job, const DataSet& set, bool as_json) {
   Outcome outcome;
   outcome.code = is_answer(answer.calibration.status) ? kAnswer : kNoAnswer;
   if (outcome.code == kAnswer && !set.file.empty()) {
-    write_whole(set.file, calibration_yaml(answer.calibration));
+    outcome.yaml = calibration_yaml(answer.calibration);
   }
   outcome.row = row_of(set.name, answer);
+  outcome.unit = fleet_row(set.name, answer.calibration);
   if (job.advise) outcome.advice = advice_sentence(answer.advice);
   if (as_json) outcome.json = calibration_json(answer, set.name);
   return outcome;
@@ -144,6 +167,8 @@ Outcome failure(const DataSet& set, std::string error) {
   Outcome outcome;
   outcome.row[0] = set.name;
   outcome.json = failure_json(set.name, error);
+  outcome.unit.status = "error";
+  outcome.unit.reason = error;
   outcome.error = std::move(error);
   return outcome;
 }
@@ -159,35 +184,55 @@ Outcome outcome_of(const CalibrationJob& job, const DataSet& set, bool as_json) 
   }
 }
 
-// Stands for the contents of all files that a data set has.
+// Stands for the contents of all files that a data set has, wherever they are.
 std::string digest_of_inputs(InputArguments arguments, const DataSet& set) {
   arguments.inputs = {set.folder};
   const Input input = read_input(arguments);
   std::string text;
   for (const fs::path& file : input.texts)
-    text += file.string() + "\n" + digest_of_file(file) + "\n";
+    text += file.filename().string() + "\n" + digest_of_file(file) + "\n";
   for (const auto& [name, file] : input.files) text += name + "\n" + digest_of_file(file) + "\n";
   return digest_of(text);
 }
 
+// "" for bad input, which the calibration will name.
+std::string digest_if_readable(const InputArguments& arguments, const DataSet& set) {
+  try {
+    return digest_of_inputs(arguments, set);
+  } catch (const std::exception&) {
+    return "";
+  }
+}
+
+// The calibration first: a summary without it would be wrong. An error replaces no earlier answer.
+void write_outcome(Outcome& outcome, const DataSet& set, const std::string& inputs,
+                   const KeptOutcomes& kept) {
+  if (!outcome.yaml.empty()) write_whole(set.file, outcome.yaml);
+  outcome.yaml.clear();
+  if (outcome.code != kBadInput || !fs::exists(set.file)) kept.keep(set.name, inputs, outcome);
+}
+
 // The outcome of an earlier run, or that of this one, which is then kept. Bad input is tried again.
-Outcome kept_outcome_of(const CalibrationJob& job, const DataSet& set, bool as_json,
+Outcome kept_outcome_of(const CalibrationJob& job, const DataSet& set, const ManyOutput& output,
                         const KeptOutcomes& kept) {
-  std::string inputs;
+  const SetLock lock = kept.lock(set.name);
+  const std::string inputs = digest_if_readable(job.input, set);
   try {
-    inputs = digest_of_inputs(job.input, set);
-    const std::optional<Outcome> earlier = kept.find(set.name, inputs);
-    if (earlier && (earlier->code != kAnswer || fs::exists(set.file))) return *earlier;
-  } catch (const std::exception&) {
-    // Bad input, which the calibration will name, or what was kept is damaged.
+    if (output.resume && !inputs.empty()) {
+      std::optional<Outcome> earlier = kept.find(set.name, inputs);
+      if (earlier && (earlier->code != kAnswer || fs::exists(set.file))) return *earlier;
+    }
+    Outcome outcome = outcome_of(job, set, output.json);
+    write_outcome(outcome, set, inputs, kept);
+    return outcome;
+  } catch (const std::exception& error) {
+    return failure(set, error.what());
   }
-  Outcome outcome = outcome_of(job, set, as_json);
-  try {
-    if (outcome.code != kBadInput && !inputs.empty()) kept.keep(set.name, inputs, outcome);
-  } catch (const std::exception&) {
-    // A later run calibrates this data set again.
-  }
-  return outcome;
+}
+
+// Throws Error, before any work, for outcomes that cannot be continued.
+void check_same_work(const std::vector<DataSet>& sets, const KeptOutcomes& kept) {
+  for (const DataSet& set : sets) (void)kept.find(set.name, "");
 }
 
 std::string table(const std::vector<Outcome>& outcomes) {
@@ -246,15 +291,29 @@ std::string camera_name(const std::string& folder) {
   return folder_path(folder).filename().string();
 }
 
+Chunk chunk_of_text(const std::string& text) {
+  Chunk chunk;
+  const char* const end = text.data() + text.size();
+  const auto first = std::from_chars(text.data(), end, chunk.index);
+  const char* const second = first.ptr == end ? end : first.ptr + 1;
+  const auto last = std::from_chars(second, end, chunk.count);
+  if (first.ec != std::errc() || first.ptr == end || *first.ptr != '/' || last.ec != std::errc() ||
+      last.ptr != end || chunk.index < 1 || chunk.index > chunk.count)
+    throw Error(fmt::format("--chunk: must be K/N, with K from 1 to N, got {}", text));
+  return chunk;
+}
+
 int calibrate_many(const CalibrationJob& job, const ManyOutput& output) {
   if (!job.input.observations.empty()) {
     throw Error("--observations: needs one data set (dataset.yaml names the file of each one)");
   }
-  const std::vector<DataSet> sets = data_sets(job.input.inputs, output.folder);
-  const AnswerFolder folder(output.folder);
+  const std::vector<DataSet> sets =
+      chunk_of(data_sets(job.input.inputs, output.folder), output.chunk);
+  const AnswerFolder folder(output.folder, output.resume);
   for (const DataSet& set : sets) check_text_writable(set.file);
   std::optional<KeptOutcomes> kept;
-  if (output.resume) kept.emplace(output.folder);
+  if (!output.folder.empty()) kept.emplace(output.folder, output.options);
+  if (output.resume) check_same_work(sets, *kept);
   CalibrationJob one = job;
   one.threads = 1;
   one.shows_progress = false;
@@ -264,13 +323,11 @@ int calibrate_many(const CalibrationJob& job, const ManyOutput& output) {
     parallel_for(
         sets.size(), job.threads,
         [&](std::size_t i) {
-          outcomes[i] = kept ? kept_outcome_of(one, sets[i], output.json, *kept)
+          outcomes[i] = kept ? kept_outcome_of(one, sets[i], output, *kept)
                              : outcome_of(one, sets[i], output.json);
         },
         [&](int done, int) { progress.update(done); });
   }
-  if (kept && std::ranges::none_of(outcomes, [](const Outcome& o) { return o.code == kBadInput; }))
-    kept->finish();
   const auto answers =
       std::ranges::count_if(outcomes, [](const Outcome& o) { return o.code == kAnswer; });
   if (!output.folder.empty() && answers > 0)

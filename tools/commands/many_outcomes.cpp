@@ -1,11 +1,14 @@
 #include "commands/many_outcomes.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
+#include <cerrno>
+#include <functional>
 #include <nlohmann/json.hpp>
-#include <system_error>
 
-#include "job/command_line.hpp"
+#include "tagcal/error.hpp"
 #include "tagcal/io/text_file.hpp"
 #include "tagcal/version.hpp"
 
@@ -13,18 +16,42 @@ namespace tagcal::tools {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
+using Json = nlohmann::ordered_json;
 
-fs::path made_folder(fs::path folder) {
-  fs::create_directories(folder);
-  return folder;
+// For a later run, whose time is another.
+std::string without_seconds(const std::string& answer) {
+  Json json = Json::parse(answer, nullptr, false);
+  if (!json.is_object()) return answer;
+  json.erase("seconds");
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace
 
-KeptOutcomes::KeptOutcomes(const fs::path& out)
-    : folder_(made_folder(out / WorkFile::kName)),
-      work_(folder_, fmt::format("tagcal {}\n{}\n", TAGCAL_VERSION, command_as_typed())) {}
+// One byte of one file stands for each name; two names with the same one only wait for each other.
+SetLock::SetLock(const fs::path& folder, const std::string& name)
+    : descriptor_(::open((folder / ".lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666)) {
+  if (descriptor_ < 0) return;
+  struct flock place {};
+  place.l_type = F_WRLCK;
+  place.l_whence = SEEK_SET;
+  place.l_start = static_cast<off_t>(std::hash<std::string>()(name) >> 2);  // positive
+  place.l_len = 1;
+  while (::fcntl(descriptor_, F_OFD_SETLKW, &place) != 0 && errno == EINTR) {
+  }
+}
+
+SetLock::~SetLock() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+KeptOutcomes::KeptOutcomes(const fs::path& out, const std::string& made_by)
+    : folder_(out / kSummaryFolder),
+      made_by_(fmt::format("tagcal {} {}", TAGCAL_VERSION, made_by)) {
+  std::error_code why;
+  fs::create_directories(folder_, why);
+  if (why) throw Error(fmt::format("{}: cannot be written: {}", folder_.string(), why.message()));
+}
 
 fs::path KeptOutcomes::file_of(const std::string& name) const { return folder_ / (name + ".json"); }
 
@@ -32,25 +59,38 @@ std::optional<ManyOutcome> KeptOutcomes::find(const std::string& name,
                                               const std::string& inputs) const {
   if (!fs::exists(file_of(name))) return std::nullopt;
   const Json kept = Json::parse(read_text(file_of(name)), nullptr, false);
-  if (!kept.is_object() || kept.value("inputs", "") != inputs) return std::nullopt;
-  return ManyOutcome{static_cast<ExitCode>(kept.value("code", 2)), "",
-                     kept.at("row").get<ManyOutcome::Row>(), kept.value("advice", ""),
-                     kept.value("json", "")};
+  try {
+    if (kept.at("code") == kBadInput) return std::nullopt;
+    if (kept.at("made_by") != made_by_)
+      throw Error(fmt::format(
+          "{}: was made with other options or another version ({}); continue with those, "
+          "remove it, or leave out --resume to replace it",
+          file_of(name).string(), kept.at("made_by").get<std::string>()));
+    if (kept.at("inputs") != inputs) return std::nullopt;
+    return ManyOutcome{static_cast<ExitCode>(kept.at("code").get<int>()),
+                       "",
+                       kept.at("row").get<ManyOutcome::Row>(),
+                       kept.at("advice").get<std::string>(),
+                       kept.at("json").get<std::string>(),
+                       {},
+                       ""};
+  } catch (const Json::exception&) {
+    return std::nullopt;  // it is damaged
+  }
 }
 
 void KeptOutcomes::keep(const std::string& name, const std::string& inputs,
                         const ManyOutcome& outcome) const {
-  const Json kept{{"inputs", inputs},
+  ManyOutcome::Row row = outcome.row;
+  row.back() = "-";
+  const Json kept{{"made_by", made_by_},
+                  {"inputs", inputs},
                   {"code", outcome.code},
-                  {"row", outcome.row},
+                  {"row", row},
                   {"advice", outcome.advice},
-                  {"json", outcome.json}};
-  write_whole(file_of(name), kept.dump(-1, ' ', false, Json::error_handler_t::replace));
-}
-
-void KeptOutcomes::finish() const {
-  std::error_code ignored;
-  fs::remove_all(folder_, ignored);
+                  {"json", without_seconds(outcome.json)},
+                  {"unit", fleet_row_json(outcome.unit)}};
+  write_whole(file_of(name), kept.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
 }  // namespace tagcal::tools

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "job/command.hpp"
-#include "job/work_file.hpp"
+#include "report/fleet_row.hpp"
 
 namespace tagcal::tools {
 
@@ -18,29 +18,48 @@ struct ManyOutcome {
 
   ExitCode code = kBadInput;
   std::string error;  // of bad input
-  Row row;
+  Row row;            // the last column is the time; "-": of an earlier run
   std::string advice;
   std::string json;
+  FleetRow unit;
+  std::string yaml;  // the calibration, until it is written
 };
 
-// The outcomes of an interrupted run, in OUT/.resume, for a later run of the same command.
+// Keeps other processes from calibrating a data set into a folder at the same time: waits for them.
+// It ends with the process, however that ends. File systems without locks have none.
+class SetLock {
+ public:
+  SetLock(const std::filesystem::path& folder, const std::string& name);
+  ~SetLock();
+  SetLock(const SetLock&) = delete;
+  SetLock& operator=(const SetLock&) = delete;
+
+ private:
+  int descriptor_;
+};
+
+// The outcomes in OUT/summary/NAME.json, one for each data set: for `tagcal fleet`, and for a later
+// run of the same work (--resume). Equal inputs and options give equal bytes.
 class KeptOutcomes {
  public:
-  // Throws Error if OUT/.resume is of another command, or in use by another process.
-  explicit KeptOutcomes(const std::filesystem::path& out);
+  // `made_by`: the options that decide the answers, as text. Throws Error if the folder cannot be
+  // made.
+  KeptOutcomes(const std::filesystem::path& out, const std::string& made_by);
 
-  // The outcome of a data set, if an earlier run came to one from the same inputs.
+  SetLock lock(const std::string& name) const { return {folder_, name}; }
+
+  // The outcome of a data set, if an earlier run came to one from the same inputs that is no error.
+  // Throws Error if it had other options or was of another version.
   std::optional<ManyOutcome> find(const std::string& name, const std::string& inputs) const;
-  void keep(const std::string& name, const std::string& inputs, const ManyOutcome& outcome) const;
 
-  // All data sets are done: removes what was kept.
-  void finish() const;
+  // Throws Error if it cannot be written.
+  void keep(const std::string& name, const std::string& inputs, const ManyOutcome& outcome) const;
 
  private:
   std::filesystem::path file_of(const std::string& name) const;
 
   std::filesystem::path folder_;
-  WorkFile work_;
+  std::string made_by_;
 };
 
 }  // namespace tagcal::tools

@@ -37,15 +37,17 @@ std::string not_stdout(const std::string& text) {
 
 // Option names by group; all others are of the model, or of what a command does.
 constexpr std::string_view kInputs[] = {
-    "--target", "--tag-size", "--refinement",  "--exclude",    "--strict",      "--observations",
-    "--family", "--dataset",  "--camera",      "--one-camera", "--border-bits", "--view",
-    "--poses",  "--pair",     "--find-boards", "--cameras",    "--image-size"};
+    "--target",       "--tag-size",   "--refinement", "--exclude", "--strict",
+    "--observations", "--family",     "--dataset",    "--camera",  "--one-camera",
+    "--border-bits",  "--view",       "--poses",      "--pair",    "--find-boards",
+    "--cameras",      "--image-size", "--units",      "--limits"};
 constexpr std::string_view kOutputs[] = {
     "--out",     "--json",     "--draw",   "--report", "--uncertainty", "--verbose",
     "--quiet",   "--explain",  "--advise", "--mask",   "--maps",        "--force",
     "--picture", "--svg",      "--opengl", "--steps",  "--tiles",       "--depth-unit-m",
     "--csv",     "--distance", "--to",     "--dpi"};
-constexpr std::string_view kSpeeds[] = {"--threads", "--no-cache", "--resume", "--every"};
+constexpr std::string_view kSpeeds[] = {"--threads", "--no-cache", "--resume", "--chunk",
+                                        "--every"};
 
 std::string group_of(const std::string& name) {
   if (!name.starts_with('-')) return std::string(kOptionGroups[0]);
@@ -165,6 +167,18 @@ CLI::App* add_command(CLI::App& app, const std::string& name, const std::string&
 
 void add_footer(CLI::App& command, const std::string& examples, const std::string& notes) {
   command.footer(notes.empty() ? examples : examples + kNotesBegin + notes);
+}
+
+std::string given_options(const CLI::App& command, const std::vector<std::string>& excluded) {
+  std::string text;
+  for (const CLI::Option* option : command.get_options()) {
+    if (option->get_positional() || option->count() == 0 ||
+        std::ranges::find(excluded, option->get_name()) != excluded.end())
+      continue;
+    text += fmt::format("{}{} {}", text.empty() ? "" : " ", option->get_name(),
+                        fmt::join(option->results(), " "));
+  }
+  return text;
 }
 
 Option add_option(CLI::App& command, const std::string& name, std::string& value,

@@ -55,6 +55,10 @@ Option add_option(CLI::App& command, const std::string& name, std::uint64_t& val
                   const std::string& help);
 Option add_flag(CLI::App& command, const std::string& name, bool& value, const std::string& help);
 
+// The options that were given, with their values, in the order in which the command lists them and
+// without the excluded ones.
+std::string given_options(const CLI::App& command, const std::vector<std::string>& excluded);
+
 // Options with a number. Their error messages state the allowed range (those of CLI11 print the
 // bounds in full, with 309 digits).
 Option add_integer(CLI::App& command, const std::string& name, int& value, int minimum,

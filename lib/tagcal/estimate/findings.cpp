@@ -13,7 +13,7 @@ constexpr std::array kRefusals = {code::degenerate,       code::no_consensus,
                                   code::not_synchronous,  code::rotation_axes_parallel,
                                   code::no_rotation,      code::wrong_direction,
                                   code::pair_contradicts, code::camera_without_answer,
-                                  code::sizes_swapped};
+                                  code::sizes_swapped,    code::few_units};
 
 }  // namespace
 

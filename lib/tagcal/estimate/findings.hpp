@@ -99,6 +99,11 @@ inline constexpr FindingCode principal_point_untested{"principal_point_untested"
 inline constexpr FindingCode few_views{"few_views", Severity::warning};
 inline constexpr FindingCode tilt_unknown{"tilt_unknown", Severity::warning};
 
+// Populations of units (fleet.hpp).
+inline constexpr FindingCode few_units{"few_units", Severity::refusal, Status::not_observable};
+inline constexpr FindingCode population_mixed{"population_mixed", Severity::warning};
+inline constexpr FindingCode spread_unresolved{"spread_unresolved", Severity::note};
+
 }  // namespace code
 
 inline Finding finding(const FindingCode& code, std::string sentence) {

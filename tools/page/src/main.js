@@ -7,6 +7,7 @@ import { advice } from "./sections/advice.js";
 import { coverage } from "./sections/coverage.js";
 import { difference } from "./sections/difference.js";
 import { findings } from "./sections/findings.js";
+import { fleetCharts, fleetDrifts, fleetPopulation, fleetWorst } from "./sections/fleet.js";
 import { formats } from "./sections/formats.js";
 import { ladder } from "./sections/ladder.js";
 import { madeBy } from "./sections/made.js";
@@ -30,6 +31,7 @@ const SECTIONS = {
   rig: [findings, rigNext, rigCameras, rigScene, rigPairs, rigDepth, rigTimeline, rigLenses, formats,
     madeBy],
   difference: [findings, difference, formats, madeBy],
+  fleet: [findings, fleetPopulation, fleetWorst, fleetDrifts, fleetCharts, madeBy],
 };
 
 // A section that fails must not take the others with it: it says so in its place.

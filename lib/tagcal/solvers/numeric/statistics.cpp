@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numbers>
 
 namespace tagcal::internal {
 
@@ -30,6 +32,14 @@ double chi_square_quantile(double k, double normal_quantile) {
 double variance_ratio_score(double ratio, double a, double b) {
   const double root = std::cbrt(ratio), u = 2 / (9 * a), v = 2 / (9 * b);
   return ((1 - v) * root - (1 - u)) / std::sqrt(u + v * root * root);
+}
+
+double variance_ratio_tail(double ratio, double a, double b) {
+  return std::erfc(variance_ratio_score(ratio, a, b) / std::numbers::sqrt2) / 2;
+}
+
+double chi_square_tail(double chi_square, double k) {
+  return variance_ratio_tail(chi_square / k, k, std::numeric_limits<double>::infinity());
 }
 
 }  // namespace tagcal::internal

@@ -11,7 +11,10 @@ const LEVELS = {
   no_answer: ["✕", "No answer"],
 };
 
-const DIFFER = { ok: ["✓", "Consistent"], warnings: ["!", "They differ"] };
+const LEVELS_OF = {
+  difference: { ok: ["✓", "Consistent"], warnings: ["!", "They differ"] },
+  fleet: { ok: ["✓", "No unit fails"], warnings: ["!", "Units fail"] },
+};
 
 const STATUS = {
   ambiguous: "A single view fits two poses. Both are given, with odds. A further view decides.",
@@ -106,7 +109,7 @@ function tiles(data) {
 
 export function verdict(data) {
   const { level = "ok", sentence = "" } = data.verdict ?? data.difference?.verdict ?? {};
-  const [mark, word] = (data.kind === "difference" ? DIFFER : LEVELS)[level] ?? LEVELS.warnings;
+  const [mark, word] = (LEVELS_OF[data.kind] ?? LEVELS)[level] ?? LEVELS.warnings;
   const said = data.findings?.some(({ severity }) => severity === "error");
   const advice = said ? null : STATUS[data.status];
   const shown = tiles(data);
@@ -123,7 +126,7 @@ export function verdict(data) {
 }
 
 const KINDS = { calibration: "Camera calibration", rig: "Cameras on one body", poses: "Camera poses",
-                difference: "Difference of two calibrations" };
+                difference: "Difference of two calibrations", fleet: "Cameras of one make" };
 const kindOf = (data) => KINDS[data.kind] ?? KINDS.calibration;
 
 // "OK, 5 warnings", where the sentence counts them.
