@@ -49,6 +49,14 @@ INPUTS = {
     ("pose", "--target"): "pose --target {file} photo.png --camera camera.yaml",
     ("pose", "--observations"): "pose set --camera camera.yaml --observations {file}",
     ("pose", "--camera"): "pose set --camera {file}",
+    ("handeye", ""): "handeye {file} --camera arm.yaml --robot arm/robot.csv --mount hand",
+    ("handeye", "--target"): "handeye --target {file} photo.png --camera arm.yaml --robot arm/robot.csv "
+                             "--mount hand",
+    ("handeye", "--observations"): "handeye arm --camera arm.yaml --robot arm/robot.csv --mount hand "
+                                   "--observations {file}",
+    ("handeye", "--camera"): "handeye arm --camera {file} --robot arm/robot.csv --mount hand",
+    ("handeye", "--robot"): "handeye arm --camera arm.yaml --robot {file} --mount hand",
+    ("handeye", "--times"): "handeye arm --camera arm.yaml --robot path.txt --mount hand --times {file}",
     ("board", ""): "board {file} --out {out}.svg",
     ("view", ""): "view {file}",
     ("view", "--camera"): "view set --camera {file}",
@@ -98,6 +106,8 @@ OUTPUTS = {
                         "--out {file}",
     ("report", "--out"): "report camera.yaml --out {file}",
     ("pose", "--draw"): "pose set --observations corners.csv --camera camera.yaml --draw {file}",
+    ("handeye", "--out"): "handeye arm --camera arm.yaml --robot arm/robot.csv --mount hand --out {file}",
+    ("handeye", "--ros"): "handeye arm --camera arm.yaml --robot arm/robot.csv --mount hand --ros {file}",
     ("board", "--out"): "board target.yaml --out {file}.pdf",
     ("fleet", "--out"): "fleet cams --limits limits.yaml --out {file}.csv",
     ("fleet", "page"): "fleet cams --limits limits.yaml --out {file}.html",
@@ -229,12 +239,23 @@ def add_rig(shop):
     (shop / "pixels_of_rig.csv").write_text("point,camera,u_px,v_px\np,cam0,100,100\np,cam1,90,100\n")
 
 
+def add_arm(shop):
+    """A camera on a robot's hand."""
+    golden = Path(__file__).resolve().parents[2] / "data-synthetic" / "golden" / "desk"
+    (shop / "arm").symlink_to(golden)
+    (shop / "arm.yaml").write_text(
+        "image_width: 1280\nimage_height: 800\nmodel: opencv5\nfx: 902.5\nfy: 901.3\ncx: 651.2\n"
+        "cy: 391.7\ndistortion: [-0.15, 0.05, 0.0005, -0.0003, 0]\n")
+    (shop / "path.txt").write_text("0 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n")
+
+
 def main(every):
     with tempfile.TemporaryDirectory() as temporary:
         shop = trial.workshop(temporary)
         (shop / "new").mkdir()
         (shop / "set2").symlink_to("set")
         add_rig(shop)
+        add_arm(shop)
         shop.chmod(0o755)
         trials = [(check, kind, line) for check, lines in ((check_input, INPUTS),
                                                            (check_output, OUTPUTS),

@@ -13,6 +13,7 @@ Command add_rig(CLI::App& app);
 Command add_watch(CLI::App& app);
 Command add_validate(CLI::App& app);
 Command add_report(CLI::App& app);
+Command add_handeye(CLI::App& app);
 Command add_pose(CLI::App& app);
 Command add_board(CLI::App& app);
 Command add_view(CLI::App& app);

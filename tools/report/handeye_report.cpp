@@ -1,0 +1,151 @@
+#include "report/handeye_report.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "job/terminal.hpp"
+#include "report/findings.hpp"
+#include "report/json_parts.hpp"
+#include "report/rig_report.hpp"
+#include "tagcal/io/handeye_file.hpp"
+
+namespace tagcal::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kDegrees = 180 / std::numbers::pi;
+constexpr std::size_t kWorst = 3;  // views that are shown
+
+std::string handeye_verdict(const HandeyeEstimate& handeye) {
+  if (!is_answer(handeye.status)) {
+    const Finding* const reason = reason_of(handeye.findings);
+    return wrapped(toned(Tone::bad, "NO ANSWER:") + " ",
+                   reason ? reason->sentence : std::string(status_name(handeye.status)), 2);
+  }
+  const bool warns =
+      std::ranges::count(handeye.findings, Severity::warning, &Finding::severity) > 0;
+  const std::string ok = ok_text(handeye.findings);
+  return wrapped(
+      toned(warns ? Tone::caution : Tone::good, ok.substr(0, ok.size() - 1)) + " ",
+      fmt::format("camera on the {}, {}, {}, rms {} px",
+                  handeye.mount == CameraMount::hand ? "hand" : "base (beside the robot)",
+                  counted(handeye.views.size(), "pose"),
+                  counted(static_cast<std::size_t>(handeye.num_corners), "corner"),
+                  two_digits(handeye.rms_px)),
+      2);
+}
+
+std::string place_lines(const std::string& title, const Pose& pose, const Matrix6& covariance) {
+  std::string lines = "\n" + title + "\n";
+  const std::vector<std::string> texts = place_texts(pose, covariance);
+  for (std::size_t i = 0; i < texts.size(); ++i) {
+    if (i == 0) lines += "  translation mm ";
+    if (i == 3) lines += "\n  rotation deg   ";
+    lines += fmt::format("  {:>18}", texts[i]);
+  }
+  return lines + "\n";
+}
+
+std::string robot_lines(const HandeyeEstimate& handeye) {
+  std::string text = fmt::format(
+      "\nrobot    {} mm and {} deg per axis (+- {:.0f} % and {:.0f} %), board's spread {} mm\n",
+      two_digits(1e3 * handeye.robot_sigma_m), two_digits(kDegrees * handeye.robot_sigma_rad),
+      100 * handeye.robot_sigma_m_share, 100 * handeye.robot_sigma_rad_share,
+      two_digits(1e3 * handeye.board_spread_m));
+  text += fmt::format("axes     turned by {} deg (RMS), spread {} deg (45 is best)\n",
+                      two_digits(kDegrees * handeye.rotation_rad),
+                      two_digits(kDegrees * handeye.axis_spread_rad));
+  return text;
+}
+
+std::string worst_lines(const HandeyeEstimate& handeye, std::span<const HandeyeView> views) {
+  std::vector<HandeyeViewFit> worst = handeye.views;
+  std::ranges::sort(worst, std::ranges::greater(), &HandeyeViewFit::score);
+  worst.resize(std::min(worst.size(), kWorst));
+  std::string text;
+  for (const HandeyeViewFit& fit : worst)
+    text +=
+        fmt::format("{}{}  {} mm, {} deg, {:.1f} sd\n", text.empty() ? "worst    " : "         ",
+                    views[fit.view].image, two_digits(1e3 * fit.error_m),
+                    two_digits(kDegrees * fit.error_rad), fit.score);
+  return text;
+}
+
+Json view_json(const HandeyeViewFit& fit, std::span<const HandeyeView> views) {
+  return {{"image", views[fit.view].image},
+          {"base_from_hand", pose_json(fit.base_from_hand)},
+          {"error_m", fit.error_m},
+          {"error_rad", fit.error_rad},
+          {"score", fit.score},
+          {"rms_px", fit.rms_px}};
+}
+
+Json names_json(std::span<const std::size_t> indices, std::span<const HandeyeView> views) {
+  Json names = Json::array();
+  for (const std::size_t i : indices) names.push_back(views[i].image);
+  return names;
+}
+
+}  // namespace
+
+std::string handeye_summary(const HandeyeEstimate& handeye, std::span<const HandeyeView> views) {
+  std::string text = handeye_verdict(handeye) + findings_text(without_reason(handeye.findings), "");
+  const bool has_places = is_answer(handeye.status) ||
+                          handeye.status == Status::rotation_axes_parallel ||
+                          handeye.status == Status::no_rotation;
+  if (has_places) {
+    text += place_lines("camera in the " + mount_name(handeye.mount), handeye.mount_from_camera,
+                        handeye.camera_covariance);
+    text += place_lines("board in the " + holder_name(handeye.mount), handeye.holder_from_board,
+                        handeye.board_covariance);
+    text += robot_lines(handeye) + worst_lines(handeye, views);
+  }
+  return handeye.next ? text + "\n" + wrapped("next: ", handeye.next->sentence, 6) : text;
+}
+
+std::string handeye_json(const HandeyeEstimate& handeye, std::span<const HandeyeView> views) {
+  Json json = {{"status", status_name(handeye.status)},
+               {"mount", mount_name(handeye.mount)},
+               {"findings", findings_json(handeye.findings)}};
+  if (!handeye.views.empty()) {
+    json["mount_from_camera"] = pose_json(handeye.mount_from_camera);
+    json["holder_from_board"] = pose_json(handeye.holder_from_board);
+    json["covariance"] = matrix_json(handeye.covariance);
+    json["robot_sigma_m"] = handeye.robot_sigma_m;
+    json["robot_sigma_rad"] = handeye.robot_sigma_rad;
+    json["robot_sigma_m_share"] = handeye.robot_sigma_m_share;
+    json["robot_sigma_rad_share"] = handeye.robot_sigma_rad_share;
+    json["degrees_of_freedom"] = handeye.degrees_of_freedom;
+    json["rotation_rad"] = handeye.rotation_rad;
+    json["axis_spread_rad"] = handeye.axis_spread_rad;
+    json["board_spread_m"] = handeye.board_spread_m;
+    json["rms_px"] = handeye.rms_px;
+    json["sigma_px"] = handeye.sigma_px;
+    json["num_corners"] = handeye.num_corners;
+  }
+  json["views"] = Json::array();
+  for (const HandeyeViewFit& fit : handeye.views) json["views"].push_back(view_json(fit, views));
+  json["rejected"] = names_json(handeye.rejected, views);
+  json["unusable"] = names_json(handeye.unusable, views);
+  if (handeye.reading)
+    json["reading"] = {{"change", handeye.reading->change},
+                       {"times_better", handeye.reading->times_better}};
+  if (handeye.time_offset_s)
+    json["time_offset"] = {{"offset_s", *handeye.time_offset_s},
+                           {"sigma_s", handeye.sigma_time_offset_s}};
+  if (handeye.next)
+    json["next"] = {{"base_from_hand", pose_json(handeye.next->base_from_hand)},
+                    {"sigma_m", handeye.next->sigma_m},
+                    {"sigma_now_m", handeye.next->sigma_now_m},
+                    {"sigma_rad", handeye.next->sigma_rad},
+                    {"sigma_now_rad", handeye.next->sigma_now_rad},
+                    {"sentence", handeye.next->sentence}};
+  json["seconds"] = handeye.seconds;
+  return json.dump(2) + "\n";
+}
+
+}  // namespace tagcal::tools
