@@ -13,34 +13,51 @@ namespace {
 
 std::set<std::string> codes(const Population& population) { return codes_of(population.findings); }
 
-// Of 48,000 units of populations with own variances from a twentieth to ten times the scatter.
-TEST(Fleet, OneUnitInAThousandIsFalselyOutlying) {
-  int num_false = 0, num_units = 0, num_found = 0, num_far = 0;
+struct Counts {
+  int num_units = 0, num_false = 0;  // beyond p = 0.001
+  int num_far = 0, num_found = 0;    // 8 standard deviations off in one quantity
+
+  double per_mille() const { return 1000.0 * num_false / num_units; }
+  double found() const { return 100.0 * num_found / num_far; }
+};
+
+// Of populations of 1 to 8 quantities with own variances from a twentieth to ten times the scatter;
+// one unit in fifty, or one, is far. `size`: the number of units for so many quantities.
+Counts counted(std::uint64_t num_worlds, const std::function<std::size_t(std::size_t)>& size) {
+  Counts counts;
   for (const double own : {0.05, 1.0, 10.0}) {
-    for (std::uint64_t seed = 0; seed < 16; ++seed) {
+    for (std::uint64_t seed = 0; seed < num_worlds; ++seed) {
       Random random(71, seed);
-      FleetWorld world(random, 1 + static_cast<Eigen::Index>(seed % 8), 1000, own);
-      const std::size_t p = world.units.front().values.size();
-      for (std::size_t i = 0; i < 20; ++i)
-        world.units[50 * i].values[i % p] += (i % 2 == 0 ? 8 : -8) * world.sigma(50 * i, i % p);
+      const std::size_t p = 1 + seed % 8;
+      FleetWorld world(random, static_cast<Eigen::Index>(p), size(p), own);
+      for (std::size_t i = 0; i < world.units.size(); i += 50)
+        world.units[i].values[i % p] += (i % 4 == 0 ? 8 : -8) * world.sigma(i, i % p);
       const Population population = estimate_population(world.units);
-      ASSERT_EQ(population.status, Status::ok);
+      EXPECT_EQ(population.status, Status::ok);
       for (std::size_t i = 0; i < world.units.size(); ++i) {
         const bool is_outlying = unit_distance(population, world.units[i]).p_value < 1e-3;
-        const bool is_far = i % 50 == 0;
-        num_far += is_far;
-        num_found += is_far && is_outlying;
-        num_units += !is_far;
-        num_false += !is_far && is_outlying;
+        ++(i % 50 == 0 ? counts.num_far : counts.num_units);
+        if (is_outlying) ++(i % 50 == 0 ? counts.num_found : counts.num_false);
       }
     }
   }
-  const double per_mille = 1000.0 * num_false / num_units;
-  EXPECT_GT(per_mille, 0.5);
-  EXPECT_LT(per_mille, 1.5);
-  EXPECT_GE(num_found, 0.99 * num_far);
-  std::printf("%.2f per mille of %d are false, %d of %d found\n", per_mille, num_units, num_found,
-              num_far);
+  std::printf("%.2f per mille of %d are false, %.1f %% of %d found\n", counts.per_mille(),
+              counts.num_units, counts.found(), counts.num_far);
+  return counts;
+}
+
+TEST(Fleet, OneUnitInAThousandIsFalselyOutlying) {
+  const Counts counts = counted(16, [](std::size_t) { return 1000; });
+  EXPECT_GT(counts.per_mille(), 0.5);
+  EXPECT_LT(counts.per_mille(), 1.5);
+  EXPECT_GE(counts.found(), 99);
+}
+
+// Of the smallest fleets that are judged.
+TEST(Fleet, FewUnitsAreNoMoreOftenFalse) {
+  const Counts counts = counted(200, [](std::size_t p) { return 20 + 5 * p; });
+  EXPECT_LT(counts.per_mille(), 2);
+  EXPECT_GE(counts.found(), 90);
 }
 
 TEST(Fleet, CentreAndSpreadHaveTheirStandardDeviations) {

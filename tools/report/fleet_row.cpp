@@ -1,10 +1,13 @@
 #include "report/fleet_row.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <charconv>
 #include <nlohmann/json.hpp>
 
+#include "tagcal/error.hpp"
 #include "tagcal/estimate/findings.hpp"
 #include "tagcal/io/text_file.hpp"
 
@@ -32,21 +35,37 @@ void set_camera(FleetRow& row, const UncertainCamera& known) {
   row.known = {known.model->free_values(known.camera.lens), known.covariance};
 }
 
-// The lower triangle, row by row.
-Json triangle_json(const MatrixX& matrix) {
-  Json list = Json::array();
-  for (Eigen::Index i = 0; i < matrix.rows(); ++i)
-    for (Eigen::Index j = 0; j <= i; ++j) list.push_back(matrix(i, j));
-  return list;
+// Numbers with blanks between them: a list of JSON takes five times as long to read.
+std::string numbers_text(const std::vector<double>& values) {
+  return fmt::format("{}", fmt::join(values, " "));
 }
 
-MatrixX matrix_of(const Json& triangle, std::size_t size) {
+std::vector<double> numbers_of(const std::string& text) {
+  std::vector<double> values;
+  const char* at = text.data();
+  const char* const end = at + text.size();
+  while (at < end) {
+    const auto [stop, error] = std::from_chars(at, end, values.emplace_back());
+    if (error != std::errc()) throw Error("no number");
+    at = stop + (stop < end ? 1 : 0);
+  }
+  return values;
+}
+
+// The lower triangle, row by row.
+std::string triangle_text(const MatrixX& matrix) {
+  std::vector<double> values;
+  for (Eigen::Index i = 0; i < matrix.rows(); ++i)
+    for (Eigen::Index j = 0; j <= i; ++j) values.push_back(matrix(i, j));
+  return numbers_text(values);
+}
+
+MatrixX matrix_of(const std::vector<double>& triangle, std::size_t size) {
   const auto n = static_cast<Eigen::Index>(size);
   MatrixX matrix(n, n);
   std::size_t at = 0;
   for (Eigen::Index i = 0; i < n; ++i)
-    for (Eigen::Index j = 0; j <= i; ++j)
-      matrix(i, j) = matrix(j, i) = triangle.at(at++).get<double>();
+    for (Eigen::Index j = 0; j <= i; ++j) matrix(i, j) = matrix(j, i) = triangle.at(at++);
   return matrix;
 }
 
@@ -59,8 +78,9 @@ FleetRow row_of(const Json& json) {
   row.names = json.at("names");
   row.image_size = {json.at("image_size").at(0), json.at("image_size").at(1)};
   row.rms_px = json.at("rms_px");
-  row.known.values = json.at("values").get<std::vector<double>>();
-  row.known.covariance = matrix_of(json.at("covariance"), row.known.values.size());
+  row.known.values = numbers_of(json.at("values").get_ref<const std::string&>());
+  row.known.covariance = matrix_of(numbers_of(json.at("covariance").get_ref<const std::string&>()),
+                                   row.known.values.size());
   return row;
 }
 
@@ -102,8 +122,8 @@ Json fleet_row_json(const FleetRow& row) {
           {"names", row.names},
           {"image_size", {row.image_size.width, row.image_size.height}},
           {"rms_px", row.rms_px},
-          {"values", row.known.values},
-          {"covariance", triangle_json(row.known.covariance)}};
+          {"values", numbers_text(row.known.values)},
+          {"covariance", triangle_text(row.known.covariance)}};
 }
 
 FleetRow read_summary(const std::filesystem::path& file) {

@@ -6,7 +6,7 @@
 #include <charconv>
 #include <chrono>
 #include <map>
-#include <set>
+#include <unordered_set>
 
 #include "job/point_table.hpp"
 #include "tagcal/error.hpp"
@@ -69,14 +69,14 @@ bool may_be_camera(const fs::path& file) {
 
 struct FleetFiles {
   std::vector<fs::path> summaries;
-  std::vector<fs::path> cameras;       // without a summary
-  std::set<std::string> calibrations;  // names of the files NAME.yaml
+  std::vector<fs::path> cameras;                 // without a summary
+  std::unordered_set<std::string> calibrations;  // names of the files NAME.yaml
 };
 
 FleetFiles files_of(const fs::path& folder) {
   FleetFiles files;
   std::error_code why;
-  std::set<std::string> summarised;
+  std::unordered_set<std::string> summarised;
   for (const auto& entry : fs::directory_iterator(folder / kSummaryFolder, why)) {
     if (entry.path().extension() != ".json") continue;
     files.summaries.push_back(entry.path());
