@@ -68,6 +68,14 @@ Rgb heat_colour(double level) {
   return rgb;
 }
 
+std::string heat_svg_head(int height) {
+  return fmt::format(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0}\" height=\"{1}\" "
+      "viewBox=\"0 0 {0} {1}\" font-family=\"sans-serif\" font-size=\"12\">\n"
+      "<rect width=\"{0}\" height=\"{1}\" fill=\"#fff\"/>\n",
+      kHeatMapWidth, height);
+}
+
 std::string heat_cells_svg(const HeatMap& map, double top) {
   constexpr int kFiner = 4;  // cells to a node
   std::string svg;

@@ -34,6 +34,9 @@ struct HeatMap {
 // The colour of a level.
 Rgb heat_colour(double level);
 
+// The start of an SVG file of this height on white.
+std::string heat_svg_head(int height);
+
 std::string heat_cells_svg(const HeatMap& map, double top);
 
 // A dashed polygon around the pixels of a hull.

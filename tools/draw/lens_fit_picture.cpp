@@ -18,13 +18,10 @@ HeatMap map_of(const LensFit& fit) { return {fit.grid, fit.difference_px}; }
 std::string lens_fit_svg(const LensFit& fit, const SeenRegion& seen) {
   const HeatMap map = map_of(fit);
   const int bottom = kTitleHeight + map.height();
-  std::string svg = fmt::format(
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0}\" height=\"{1}\" "
-      "viewBox=\"0 0 {0} {1}\" font-family=\"sans-serif\" font-size=\"12\">\n"
-      "<rect width=\"{0}\" height=\"{1}\" fill=\"#fff\"/>\n"
-      "<text x=\"8\" y=\"20\">difference of model {2} from the lens, pixels{3}</text>\n",
-      kHeatMapWidth, bottom + kColourBarHeight, fit.model->name(),
-      seen.hull().empty() ? "" : "; dashed: where corners were");
+  std::string svg = heat_svg_head(bottom + kColourBarHeight);
+  svg +=
+      fmt::format("<text x=\"8\" y=\"20\">difference of model {} from the lens, pixels{}</text>\n",
+                  fit.model->name(), seen.hull().empty() ? "" : "; dashed: where corners were");
   svg += heat_cells_svg(map, kTitleHeight);
   if (!seen.hull().empty()) svg += heat_hull_svg(map, seen.hull(), kTitleHeight);
   svg += heat_numbers_svg(map, kTitleHeight, [](double px) {

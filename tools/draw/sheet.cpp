@@ -144,22 +144,16 @@ Vector2d needed_size(const Vector2d& ink_mm, const SheetFrame& frame) {
 std::string sheet_svg(const Sheet& sheet, const std::string& title) {
   // One path, so that there is no seam between cells that touch.
   std::string path;
-  for (const Contour& outline : sheet.ink) {
-    char command = 'M';
-    for (const Vector2d& corner : outline) {
-      path += fmt::format("{}{:.4f} {:.4f}", command, corner.x(), corner.y());
-      command = 'L';
-    }
-    path += "Z\n";
-  }
-  for (const Contour& contour : sheet.letters) {
+  const auto add = [&](const Contour& contour, int decimals) {
     char command = 'M';
     for (const Vector2d& point : contour) {
-      path += fmt::format("{}{:.3f} {:.3f}", command, point.x(), point.y());
+      path += fmt::format("{0}{1:.{3}f} {2:.{3}f}", command, point.x(), point.y(), decimals);
       command = 'L';
     }
     path += "Z\n";
-  }
+  };
+  for (const Contour& outline : sheet.ink) add(outline, 4);
+  for (const Contour& letter : sheet.letters) add(letter, 3);
   return fmt::format(
       "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
       "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0:.4f}mm\" height=\"{1:.4f}mm\" "

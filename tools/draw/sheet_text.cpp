@@ -1,8 +1,6 @@
 #include "draw/sheet_text.hpp"
 
-#include <cairo/cairo.h>
-
-#include <memory>
+#include "draw/cairo.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -10,12 +8,6 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr double kScale = 100;  // units of the outlines in a millimetre: curves are cut finely
-
-struct Destroy {
-  void operator()(cairo_t* context) const { cairo_destroy(context); }
-  void operator()(cairo_surface_t* surface) const { cairo_surface_destroy(surface); }
-  void operator()(cairo_path_t* path) const { cairo_path_destroy(path); }
-};
 
 // A context of no surface's own pixels, with the font.
 class Font {
@@ -36,8 +28,8 @@ class Font {
   cairo_t* context() const { return context_.get(); }
 
  private:
-  std::unique_ptr<cairo_surface_t, Destroy> surface_;
-  std::unique_ptr<cairo_t, Destroy> context_;
+  CairoSurface surface_;
+  CairoContext context_;
 };
 
 }  // namespace
@@ -46,7 +38,8 @@ std::vector<Contour> text_contours(const std::string& text, const Vector2d& base
                                    double height_mm) {
   const Font font(height_mm);
   cairo_text_path(font.context(), text.c_str());
-  const std::unique_ptr<cairo_path_t, Destroy> path(cairo_copy_path_flat(font.context()));
+  const std::unique_ptr<cairo_path_t, decltype(&cairo_path_destroy)> path(
+      cairo_copy_path_flat(font.context()), cairo_path_destroy);
   std::vector<Contour> contours;
   for (int i = 0; i < path->num_data; i += path->data[i].header.length) {
     const cairo_path_data_t* data = path->data + i;

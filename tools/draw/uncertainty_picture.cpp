@@ -22,11 +22,7 @@ std::string distance_text(double distance_m) {
 
 std::string uncertainty_svg(const Calibration& calibration) {
   const int panel = map_of(calibration.projection.front()).height() + kTitleHeight;
-  std::string svg = fmt::format(
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0}\" height=\"{1}\" "
-      "viewBox=\"0 0 {0} {1}\" font-family=\"sans-serif\" font-size=\"12\">\n"
-      "<rect width=\"{0}\" height=\"{1}\" fill=\"#fff\"/>\n",
-      kHeatMapWidth, panel * static_cast<int>(calibration.projection.size()));
+  std::string svg = heat_svg_head(panel * static_cast<int>(calibration.projection.size()));
   for (std::size_t i = 0; i < calibration.projection.size(); ++i) {
     const ProjectionUncertainty& p = calibration.projection[i];
     const double title = static_cast<double>(panel) * static_cast<double>(i);

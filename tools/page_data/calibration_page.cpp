@@ -7,15 +7,6 @@
 namespace tagcal::tools {
 namespace {
 
-std::vector<std::filesystem::path> picture_files_of(const PageContent& content) {
-  std::vector<std::filesystem::path> files;
-  for (const View& view : content.dataset.views) {
-    const auto found = content.pictures.find(view.image);
-    files.push_back(found == content.pictures.end() ? "" : found->second);
-  }
-  return files;
-}
-
 // The keys of the summary.
 void add_summary(const PageContent& content, const std::vector<PageCorner>& corners,
                  PageJson& page) {

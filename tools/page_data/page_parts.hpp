@@ -32,6 +32,9 @@ PageJson halves_json(const std::optional<HalvesCheck>& halves);
 PageJson views_json(const PageContent& content, const std::vector<PageCorner>& corners,
                     const std::vector<Thumbnail>& thumbnails, std::vector<std::string>& notes);
 
+// The files of the pictures of all views; "" for those that are not at hand.
+std::vector<std::filesystem::path> picture_files_of(const PageContent& content);
+
 // Adds the picture of a view, or the sentence why there is none.
 void add_thumbnail(PageJson& view, const Thumbnail& thumbnail);
 // "2 of 12 pictures are not shown: 003.png (..), .."

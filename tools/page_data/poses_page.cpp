@@ -161,14 +161,10 @@ void add_data(const PosesPageInput& given, const std::vector<ReadView>& views, P
               std::vector<std::string>& notes) {
   const PageContent content = content_of(given, views);
   const std::vector<PageCorner> corners = page_corners(content);
-  std::vector<std::filesystem::path> files;
   std::vector<std::string> names;
-  for (const View& view : content.dataset.views) {
-    const auto found = content.pictures.find(view.image);
-    files.push_back(found == content.pictures.end() ? "" : found->second);
-    names.push_back(view.image);
-  }
-  const auto pictures = thumbnails(files, content.dataset.image_size, given.threads);
+  for (const View& view : content.dataset.views) names.push_back(view.image);
+  const auto pictures =
+      thumbnails(picture_files_of(content), content.dataset.image_size, given.threads);
   for (std::size_t i = 0; i < pictures.size(); ++i) add_thumbnail(page["views"][i], pictures[i]);
   note_missing(names, pictures, notes);
   page["image_size"] = {content.dataset.image_size.width, content.dataset.image_size.height};

@@ -44,6 +44,15 @@ const CalibratedView* PageContent::estimate_of(std::size_t view) const {
   return found == calibration.views.end() ? nullptr : &*found;
 }
 
+std::vector<std::filesystem::path> picture_files_of(const PageContent& content) {
+  std::vector<std::filesystem::path> files;
+  for (const View& view : content.dataset.views) {
+    const auto found = content.pictures.find(view.image);
+    files.push_back(found == content.pictures.end() ? "" : found->second);
+  }
+  return files;
+}
+
 void add_thumbnail(PageJson& view, const Thumbnail& thumbnail) {
   const bool has = !thumbnail.data_uri.empty();
   view["thumbnail"] = has ? PageJson(thumbnail.data_uri) : PageJson();

@@ -3,6 +3,7 @@
 #include "job/plain_text.hpp"
 #include "job/terminal.hpp"
 #include "report/findings.hpp"
+#include "report/json_parts.hpp"
 
 #include <fmt/format.h>
 
@@ -38,19 +39,9 @@ Json rotation_json(const Pose& pose) {
   return {q.w(), q.x(), q.y(), q.z()};
 }
 
-Json pose_json(const Pose& pose) {
+Json shown_pose_json(const Pose& pose) {
   const Vector3d& t = pose.translation();
   return {{"rotation", rotation_json(pose)}, {"translation_m", {t.x(), t.y(), t.z()}}};
-}
-
-Json covariance_json(const Matrix6& covariance) {
-  Json rows = Json::array();
-  for (int r = 0; r < 6; ++r) {
-    Json row = Json::array();
-    for (int c = 0; c < 6; ++c) row.push_back(covariance(r, c));
-    rows.push_back(row);
-  }
-  return rows;
 }
 
 Json vector_json(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
@@ -77,8 +68,8 @@ Json camera_json(const PoseHypothesis& hypothesis) {
 Json alternative_json(const std::vector<PoseHypothesis>& hypotheses) {
   if (hypotheses.size() < 2) return nullptr;
   const PoseHypothesis& other = hypotheses[1];
-  return {{"camera_from_board", pose_json(other.camera_from_target)},
-          {"covariance", covariance_json(other.covariance)},
+  return {{"camera_from_board", shown_pose_json(other.camera_from_target)},
+          {"covariance", matrix_json(other.covariance)},
           {"camera_in_target", camera_json(other)},
           {"rms_px", other.rms_px},
           {"probability", other.probability}};
@@ -110,8 +101,8 @@ Json view_json(const PoseReport& view) {
   const std::size_t num_inliers = view.corners.size() - view.outliers.size();
   return {{"image", view.image},
           {"status", status_name(view.status)},
-          {"camera_from_board", best ? pose_json(best->camera_from_target) : Json()},
-          {"covariance", best ? covariance_json(best->covariance) : Json()},
+          {"camera_from_board", best ? shown_pose_json(best->camera_from_target) : Json()},
+          {"covariance", best ? matrix_json(best->covariance) : Json()},
           {"camera_in_target", best ? camera_json(*best) : Json()},
           {"focal_px", or_null(view.focal_px)},
           {"sigma_focal_px", or_null(view.sigma_focal_px)},

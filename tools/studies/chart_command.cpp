@@ -19,7 +19,6 @@
 #include "tagcal/error.hpp"
 #include "tagcal/io/image_file.hpp"
 #include "tagcal/io/text_file.hpp"
-#include "tagcal/version.hpp"
 
 namespace tagcal::tools {
 using namespace study;
@@ -61,8 +60,7 @@ ChartResult run_job(const Arguments& a, const std::string& name) {
   Progress progress("chart " + name);
   ChartResult result = run_chart(*chart_job(name), options,
                                  [&](int done, int total) { progress.update(done, total); });
-  result.origin = {shown_command(a, name), "tagcal " TAGCAL_VERSION, peers_versions(),
-                   processor_name(), today()};
+  result.origin = origin_of(shown_command(a, name));
   return result;
 }
 

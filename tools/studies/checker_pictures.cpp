@@ -90,33 +90,19 @@ ExactCorners numbered(const std::vector<Vector2d>& corners, const Checkerboard& 
   return result;
 }
 
-Calibration calibrated(const PictureSet& set, const std::vector<View>& views) {
+Dataset set_of(const PictureSet& set, const std::vector<View>& views) {
+  return {set.images.front().size(), {{set.board, Pose()}}, views, {}};
+}
+
+Calibration calibrated(const Dataset& set) {
   CalibrateOptions options;
   options.model = "fisheye4";
-  return calibrate({set.images.front().size(), {{set.board, Pose()}}, views, {}}, options);
+  return calibrate(set, options);
 }
 
 std::optional<Vector2d> expected(const Calibration& calibration, const CalibratedView& view,
                                  const TargetPoint& point) {
   return project(calibration.camera->lens, view.camera_from_world * point.position);
-}
-
-// The corners by the set's own calibration, or as found if there are too few pictures for one.
-std::vector<ExactCorners> exact_by_calibration(const PictureSet& set,
-                                               const std::vector<ExactCorners>& found) {
-  std::vector<View> views;
-  for (const ExactCorners& corners : found) {
-    View& view = views.emplace_back();
-    for (const auto& [id, at] : corners) view.observations.push_back({id, at, {}});
-  }
-  if (views.size() < 3) return found;
-  std::vector<ExactCorners> exact(views.size());
-  const Calibration calibration = calibrated(set, views);
-  for (const CalibratedView& view : calibration.views)
-    for (const TargetPoint& point : target_points(set.board))
-      if (const auto pixel = expected(calibration, view, point))
-        exact[view.view][point.id] = *pixel;
-  return exact;
 }
 
 // True if a corner is among those of a view, and not wrong.
@@ -150,7 +136,7 @@ std::vector<HeldOut> held_out(const PictureSet& set, const std::vector<ExactCorn
     }
   }
   std::vector<HeldOut> result(exact.size());
-  const Calibration calibration = calibrated(set, views);
+  const Calibration calibration = calibrated(set_of(set, views));
   if (!is_answer(calibration.status)) return result;
   for (const CalibratedView& view : calibration.views) {
     for (const TargetPoint& point : target_points(set.board)) {
@@ -191,16 +177,17 @@ std::vector<Values> measure(const PictureSet& set) {
   const std::vector<PeerDetector> peers = peer_detectors(set.board);
   std::vector<ExactCorners> exact = set.exact;
   if (exact.empty()) {
-    std::vector<ExactCorners> most;
+    std::vector<View> most;
     for (std::size_t i = 0; i < set.images.size(); ++i) {
-      ExactCorners& corners = most.emplace_back();
-      for (const Observation& o : answers[0].found[i].view.observations) corners[o.id] = o.pixel;
+      ExactCorners corners = corners_of(answers[0].found[i].view.observations);
       for (const PeerDetector& peer : peers)
         if (!tag_kind(set.board))
           if (const auto seen = peer.find(set.images[i]); seen.size() > corners.size())
             corners = numbered(seen, checkers(set.board).value());
+      View& view = most.emplace_back();
+      for (const auto& [id, at] : corners) view.observations.push_back({id, at, {}});
     }
-    exact = exact_by_calibration(set, most);
+    exact = exact_by_calibration(set_of(set, most));
   }
   for (const PeerDetector& peer : peers) {
     MethodAnswer& answer = answers.emplace_back(MethodAnswer{peer.name, {}});
@@ -244,10 +231,32 @@ PictureSet read_folder(const fs::path& folder, const std::string& target) {
 
 }  // namespace
 
-FoundCorners corners_by_fit(const Image8& image, const Board& board, const Camera* camera) {
+ExactCorners corners_of(const std::vector<Observation>& observations) {
+  ExactCorners corners;
+  for (const Observation& o : observations) corners[o.id] = o.pixel;
+  return corners;
+}
+
+std::vector<ExactCorners> exact_by_calibration(const Dataset& set) {
+  std::vector<ExactCorners> exact(set.views.size());
+  if (set.views.size() < 3) {
+    for (std::size_t i = 0; i < exact.size(); ++i) exact[i] = corners_of(set.views[i].observations);
+    return exact;
+  }
+  const Calibration calibration = calibrated(set);
+  for (const CalibratedView& view : calibration.views)
+    for (const TargetPoint& point : target_points(set.boards[0].board))
+      if (const auto pixel = expected(calibration, view, point))
+        exact[view.view][point.id] = *pixel;
+  return exact;
+}
+
+FoundCorners corners_by_fit(const Image8& image, const Board& board, const Camera* camera,
+                            Refinement refinement) {
   DetectOptions options;
   options.threads = 1;
   options.camera = camera;
+  options.refinement = refinement;
   FoundCorners found;
   Lap lap;
   found.view = detect(image, {{board, Pose()}}, options).view;

@@ -7,14 +7,21 @@
 #include <vector>
 
 #include "study/harness/study.hpp"
+#include "tagcal/detect/types.hpp"
 #include "tagcal/scene/dataset.hpp"
 #include "tagcal/scene/image.hpp"
 
-// What the study `checkers` shares: OpenCV's detectors, its rows, and its pictures in files.
+// What studies of corners share: exact corners, detectors; and the rows of `checkers`, and its
+// pictures in files.
 
 namespace tagcal {
 
 using ExactCorners = std::map<CornerId, Eigen::Vector2d>;
+ExactCorners corners_of(const std::vector<Observation>& observations);
+
+// The corners of one board in each view by a calibration of all views (fisheye4), or as they were
+// found in fewer than three views.
+std::vector<ExactCorners> exact_by_calibration(const Dataset& set);
 
 // The corners that a method finds in a picture, and its processor time.
 struct FoundCorners {
@@ -22,7 +29,8 @@ struct FoundCorners {
   double ms = 0;
 };
 
-FoundCorners corners_by_fit(const Image8& image, const Board& board, const Camera* camera);
+FoundCorners corners_by_fit(const Image8& image, const Board& board, const Camera* camera,
+                            Refinement refinement = Refinement::fit);
 
 // cv::cornerSubPix from given places, with a window for squares of this side.
 std::vector<Eigen::Vector2d> corners_by_sub_pix(const Image8& image,

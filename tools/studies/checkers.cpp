@@ -9,11 +9,11 @@
 
 #include <fmt/format.h>
 #include <Eigen/LU>
-#include <opencv2/calib3d.hpp>
 
 #include "checker_pictures.hpp"
 #include "rendered_checkerboard.hpp"
 #include "studies/studies.hpp"
+#include "study/chart/circle_methods.hpp"
 
 namespace tagcal {
 using namespace study;
@@ -48,17 +48,8 @@ FoundCorners by_sectors(const CheckerView& view) {
 
 FoundCorners by_circles_grid(const CheckerView& view) {
   const auto& grid = std::get<CircleGrid>(view.board.pattern);
-  const int kind = grid.asymmetric ? cv::CALIB_CB_ASYMMETRIC_GRID : cv::CALIB_CB_SYMMETRIC_GRID;
-  const PeerDetector peer{
-      "findCirclesGrid", [&](const Image8& image) {
-        const cv::Mat pixels(image.height(), image.width(), CV_8U,
-                             const_cast<std::uint8_t*>(image.row(0)));
-        std::vector<cv::Point2f> centres;
-        std::vector<Eigen::Vector2d> places;
-        if (cv::findCirclesGrid(pixels, {grid.columns, grid.rows}, centres, kind))
-          for (const cv::Point2f& centre : centres) places.emplace_back(centre.x, centre.y);
-        return places;
-      }};
+  const PeerDetector peer{"findCirclesGrid",
+                          [&](const Image8& image) { return circles_by_opencv(image, grid); }};
   return corners_by_peer(peer, view.image, view.corners);
 }
 

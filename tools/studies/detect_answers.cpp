@@ -13,18 +13,15 @@
 #include <algorithm>
 #include <filesystem>
 #include <functional>
-#include <map>
 #include <string>
 #include <vector>
 
+#include "checker_pictures.hpp"
 #include "false_tag_pictures.hpp"
 #include "studies/studies.hpp"
 #include "studies/worlds/draw.hpp"
-#include "study/processor_time.hpp"
-#include "tagcal/detect/detector.hpp"
+#include "studies/worlds/record.hpp"
 #include "tagcal/detect/families.hpp"
-#include "tagcal/error.hpp"
-#include "tagcal/estimate/calibrate.hpp"
 #include "tagcal/io/image_file.hpp"
 #include "tagcal/io/target_file.hpp"
 #include "tagcal/scene/render.hpp"
@@ -36,22 +33,19 @@ namespace {
 
 namespace fs = std::filesystem;
 
-using Corners = std::map<CornerId, Eigen::Vector2d>;
-
 constexpr std::uint64_t kSeed = 31;
 constexpr double kWrongPx = 1;
-constexpr double kFiveSigma2 = 5.3613;  // as in worlds/record.hpp
 
 struct Picture {
   std::string group, name;
   Board board;
   Image8 image;
-  Corners exact;
+  ExactCorners exact;
 };
 
-Values row_of(const Picture& picture, const View& view, double seconds) {
+Values row_of(const Picture& picture, const FoundCorners& seen) {
   double wrong = 0, claimed = 0, beyond = 0, squares = 0, distances = 0;
-  for (const Observation& o : view.observations) {
+  for (const Observation& o : seen.view.observations) {
     const auto truth = picture.exact.find(o.id);
     if (truth == picture.exact.end() || !((o.pixel - truth->second).norm() < kWrongPx)) {
       ++wrong;
@@ -67,33 +61,18 @@ Values row_of(const Picture& picture, const View& view, double seconds) {
   }
   return {picture.name,
           static_cast<double>(picture.exact.size()),
-          static_cast<double>(view.observations.size()),
+          static_cast<double>(seen.view.observations.size()),
           wrong,
           squares,
           claimed,
           distances,
           beyond,
-          seconds};
-}
-
-struct Found {
-  View view;
-  double seconds = 0;
-};
-
-Found found_in(const Image8& image, const Board& board, bool by_edges) {
-  DetectOptions options;
-  options.threads = 1;
-  if (by_edges) options.refinement = Refinement::edges;
-  const double start_us = thread_processor_us();
-  Found found{detect(image, {{board, Pose()}}, options).view, 0};
-  found.seconds = 1e-6 * (thread_processor_us() - start_us);
-  return found;
+          1e-3 * seen.ms};
 }
 
 std::vector<Values> measure(const Picture& picture) {
-  const Found found = found_in(picture.image, picture.board, picture.group == "edges");
-  return {row_of(picture, found.view, found.seconds)};
+  const Refinement by = picture.group == "edges" ? Refinement::edges : Refinement::fit;
+  return {row_of(picture, corners_by_fit(picture.image, picture.board, nullptr, by))};
 }
 
 Image8 kept(const fs::path& file, const std::function<Image8()>& render) {
@@ -124,12 +103,6 @@ PlacedBoard squares_for(const AprilGrid& grid, bool with_markers) {
           shifted};
 }
 
-Corners exact_corners(const Scene& scene, const Pose& pose) {
-  Corners corners;
-  for (const Observation& o : visible_corners(scene, pose)) corners[o.id] = o.pixel;
-  return corners;
-}
-
 // The first view of a world, of a checkerboard the first one that shows all of it. False if there
 // is none.
 bool draw(std::uint64_t index, const std::string& group, const fs::path& folder, Picture& picture) {
@@ -145,7 +118,7 @@ bool draw(std::uint64_t index, const std::string& group, const fs::path& folder,
   const auto& poses = std::get<ExplicitPath>(scene.path).camera_from_world;
   const std::size_t all = group == "checkers" ? target_points(picture.board).size() : 8;
   const auto pose = std::ranges::find_if(poses, [&](const Pose& p) {
-    picture.exact = exact_corners(scene, p);
+    picture.exact = corners_of(visible_corners(scene, p));
     return picture.exact.size() >= all;
   });
   if (pose == poses.end()) return false;
@@ -177,48 +150,22 @@ Task empty_task(const std::string& name, int count, const Board& board) {
           count};
 }
 
-// The corners by the set's own calibration, or as found if there are too few pictures for one.
-std::vector<Corners> exact_in_set(const Dataset& set) {
-  std::vector<Corners> exact(set.views.size());
-  Calibration calibration;
-  CalibrateOptions options;
-  options.model = "fisheye4";
-  const bool is_calibrated = set.views.size() > 2;
-  if (is_calibrated) calibration = calibrate(set, options);
-  for (std::size_t i = 0; i < exact.size(); ++i) {
-    if (!is_calibrated)
-      for (const Observation& o : set.views[i].observations) exact[i][o.id] = o.pixel;
-    for (const CalibratedView& view : calibration.views)
-      for (const TargetPoint& point : target_points(set.boards[0].board))
-        if (const auto pixel =
-                project(calibration.camera->lens, view.camera_from_world * point.position);
-            pixel && view.image == set.views[i].image)
-          exact[i][point.id] = *pixel;
-  }
-  return exact;
-}
-
 std::vector<Values> measure_set(const fs::path& folder) {
   const Board board = read_target(folder / "target.yaml");
-  std::vector<fs::path> files;
-  for (const auto& entry : fs::directory_iterator(folder))
-    if (is_picture_name(entry.path())) files.push_back(entry.path());
-  std::ranges::sort(files);
+  const std::vector<fs::path> files = list_pictures(folder);
   Dataset set;
   set.boards = {{board, Pose()}};
-  std::vector<double> seconds;
+  std::vector<FoundCorners> found;
   for (const fs::path& file : files) {
     const Image8 image = read_image(file);
     set.image_size = image.size();
-    const Found found = found_in(image, board, false);
-    set.views.push_back(found.view);
-    set.views.back().image = file.filename().string();
-    seconds.push_back(found.seconds);
+    found.push_back(corners_by_fit(image, board, nullptr));
+    set.views.push_back(found.back().view);
   }
-  const auto exact = exact_in_set(set);
+  const auto exact = exact_by_calibration(set);
   std::vector<Values> rows;
   for (std::size_t i = 0; i < files.size(); ++i)
-    rows.push_back(row_of({"", set.views[i].image, board, {}, exact[i]}, set.views[i], seconds[i]));
+    rows.push_back(row_of({"", files[i].filename().string(), board, {}, exact[i]}, found[i]));
   return rows;
 }
 

@@ -10,9 +10,9 @@
 #include <fmt/format.h>
 #include <Eigen/LU>
 
-#include <map>
 #include <memory>
 
+#include "checker_pictures.hpp"
 #include "studies/studies.hpp"
 #include "study/quantile.hpp"
 #include "tagcal/detect/detector.hpp"
@@ -33,15 +33,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-using Corners = std::map<CornerId, Eigen::Vector2d>;
-
 // Pictures with their truth.
 struct Pictures {
   Camera camera;
   std::string model;
   std::vector<PlacedBoard> boards;
   std::vector<ImageSource> sources;
-  std::vector<Corners> corners;
+  std::vector<ExactCorners> corners;
 };
 
 Pictures rendered(const Scene& scene, std::uint64_t seed) {
@@ -52,8 +50,7 @@ Pictures rendered(const Scene& scene, std::uint64_t seed) {
     const ImageF light = render_light(scene, families, poses[i]);
     const Image8 picture = expose(light, scene.sensor, Random(seed, i).next());
     result.sources.push_back({image_name(static_cast<int>(i)), [picture] { return picture; }});
-    auto& corners = result.corners.emplace_back();
-    for (const Observation& o : visible_corners(scene, poses[i])) corners[o.id] = o.pixel;
+    result.corners.push_back(corners_of(visible_corners(scene, poses[i])));
   }
   return result;
 }

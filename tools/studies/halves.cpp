@@ -14,6 +14,7 @@
 
 #include "real_sets.hpp"
 #include "studies/studies.hpp"
+#include "study/tasks/pose_tasks.hpp"
 
 namespace tagcal {
 using namespace study;
@@ -50,7 +51,7 @@ void add_projection(const Calibration& a, const Calibration& b, const SeenRegion
 std::vector<Values> measure(const RealSet& set, const StudyOptions& options, std::uint64_t split) {
   Random random(static_cast<std::uint64_t>(options.number("seed")), split);
   const std::size_t n = set.dataset.views.size();
-  const std::vector<std::size_t> first = random_subset(n, n / 2, random);
+  const std::vector<std::size_t> first = some_of(n, n / 2, random);
   std::vector<std::size_t> second;
   for (std::size_t i = 0; i < n; ++i)
     if (!std::ranges::binary_search(first, i)) second.push_back(i);

@@ -3,7 +3,11 @@
 #include <ctime>
 #include <fstream>
 
+#include "study/chart/chart.hpp"
+#include "tagcal/version.hpp"
+
 namespace tagcal::tools {
+namespace {
 
 std::string processor_name() {
   std::ifstream lines("/proc/cpuinfo");
@@ -14,6 +18,7 @@ std::string processor_name() {
   return "unknown processor";
 }
 
+// UTC, as 2026-01-31.
 std::string today() {
   const std::time_t now = std::time(nullptr);
   std::tm parts{};
@@ -21,6 +26,12 @@ std::string today() {
   char text[16] = {};
   std::strftime(text, sizeof text, "%Y-%m-%d", &parts);
   return text;
+}
+
+}  // namespace
+
+std::vector<std::string> origin_of(const std::string& command) {
+  return {command, "tagcal " TAGCAL_VERSION, study::peers_versions(), processor_name(), today()};
 }
 
 }  // namespace tagcal::tools

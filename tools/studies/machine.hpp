@@ -1,13 +1,11 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 namespace tagcal::tools {
 
-// The processor's name, or "unknown processor".
-std::string processor_name();
-
-// Today (UTC), as 2026-01-31.
-std::string today();
+// How a chart or a map was made: the command, the versions, the processor and the day.
+std::vector<std::string> origin_of(const std::string& command);
 
 }  // namespace tagcal::tools

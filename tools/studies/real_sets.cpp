@@ -6,7 +6,6 @@
 #include <cmath>
 #include <filesystem>
 #include <numbers>
-#include <numeric>
 
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/calibrate.hpp"
@@ -26,15 +25,6 @@ std::vector<RealSet> read_sets(const std::vector<std::string>& folders) {
     sets.push_back({path.filename().string(), std::move(read.dataset)});
   }
   return sets;
-}
-
-std::vector<std::size_t> random_subset(std::size_t n, std::size_t count, Random& random) {
-  std::vector<std::size_t> all(n);
-  std::iota(all.begin(), all.end(), std::size_t{0});
-  for (std::size_t i = 0; i < count; ++i) std::swap(all[i], all[i + random.index(n - i)]);
-  all.resize(count);
-  std::ranges::sort(all);
-  return all;
 }
 
 Calibration calibrate_views(const Dataset& set, const std::vector<std::size_t>& views,

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "tagcal/estimate/types.hpp"
-#include "tagcal/random.hpp"
 
 // Data sets of real cameras, of which parts are calibrated (halves.cpp, single_views.cpp).
 
@@ -18,9 +17,6 @@ struct RealSet {
 
 // Reads data sets with observations. Prints their warnings on stderr. Throws Error.
 std::vector<RealSet> read_sets(const std::vector<std::string>& folders);
-
-// `count` different indices below n, ascending.
-std::vector<std::size_t> random_subset(std::size_t n, std::size_t count, Random& random);
 
 // Calibrates some of the views, with the projection's uncertainty at infinity.
 Calibration calibrate_views(const Dataset& set, const std::vector<std::size_t>& views,

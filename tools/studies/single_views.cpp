@@ -10,6 +10,7 @@
 
 #include "real_sets.hpp"
 #include "studies/studies.hpp"
+#include "study/tasks/pose_tasks.hpp"
 
 namespace tagcal {
 using namespace study;
@@ -20,12 +21,11 @@ std::vector<std::vector<std::size_t>> groups_of(std::size_t num_views,
                                                 const StudyOptions& options) {
   Random random(static_cast<std::uint64_t>(options.number("seed")));
   const auto size = static_cast<std::size_t>(options.number("views"));
-  std::vector<std::vector<std::size_t>> groups = {random_subset(num_views, num_views, random)};
+  std::vector<std::vector<std::size_t>> groups = {some_of(num_views, num_views, random)};
   if (size == 1)
     for (std::size_t i = 0; i < num_views; ++i) groups.push_back({i});
   else if (size <= num_views)
-    for (int i = 0; i < options.count; ++i)
-      groups.push_back(random_subset(num_views, size, random));
+    for (int i = 0; i < options.count; ++i) groups.push_back(some_of(num_views, size, random));
   return groups;
 }
 

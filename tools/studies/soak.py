@@ -35,7 +35,7 @@ WORLDS = 12  # of 2 to 40 views, about 10 s a round
 # glibc keeps freed memory for the next round: the first tenth fills its arenas. What then still
 # grows by more than a kB a calibration is a leak: the smallest object of a result is larger.
 GROWTH_KB = 1.0
-# Two runs of the same work on one machine differ by some percent (python_overhead.py).
+# Two runs of the same work on one machine differ by some percent.
 SLOWER = 1.10
 
 

@@ -17,11 +17,9 @@
 #include "study/atlas/atlas_plot.hpp"
 #include "study/atlas/stability.hpp"
 #include "study/atlas/stability_file.hpp"
-#include "study/chart/chart.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/image_file.hpp"
 #include "tagcal/io/text_file.hpp"
-#include "tagcal/version.hpp"
 
 namespace tagcal::tools {
 using namespace study;
@@ -53,14 +51,13 @@ std::vector<StabilityMap> chosen_maps(const std::vector<std::string>& names) {
   return chosen;
 }
 
-std::vector<std::string> origin_of(const Arguments& a) {
+std::string shown_command(const Arguments& a) {
   std::string command = "tagcal stability";
   for (const std::string& name : a.maps) command += " " + name;
   if (a.trials > 0) command += fmt::format(" --trials {}", a.trials);
   if (a.quick) command += " --quick";
   if (a.ours) command += " --ours";
-  command += fmt::format(" --seed {}", a.seed);
-  return {command, "tagcal " TAGCAL_VERSION, peers_versions(), processor_name(), today()};
+  return command + fmt::format(" --seed {}", a.seed);
 }
 
 StabilityResult run_shown(const StabilityMap& map, const Arguments& a) {
@@ -77,7 +74,7 @@ int run(const Arguments& a) {
   }
   if (a.out.empty()) throw Error("stability: needs --out DIR, or --list");
   OutputFolder folder(a.out, OutputFolder::Taken::by_any_folder);
-  const std::vector<std::string> origin = origin_of(a);
+  const std::vector<std::string> origin = origin_of(shown_command(a));
   std::vector<AtlasSheet> sheets;
   int misses = 0;
   for (StabilityMap& map : maps) {

@@ -16,7 +16,6 @@ study::Study false_tags_study();
 study::Study focal_refusal_study();
 study::Study halves_study();
 study::Study model_confusion_study();
-study::Study python_numbers_study();
 study::Study reproject_speed_study();
 study::Study rigs_study();
 study::Study single_views_study();

@@ -37,7 +37,6 @@ struct Arguments {
   std::string action;
   std::vector<std::string> files;
   std::string out, page, by = "beyond";
-  std::vector<std::string> against;
   WorldId id{1};  // of all worlds that are drawn, but for the index
   std::vector<std::string> with, without;
   bool corners_only = false;
@@ -116,7 +115,7 @@ int merge(const Arguments& arguments) {
     for (const Record& r : records) text += record_line(r);
     write_whole(arguments.out, text);
   }
-  const std::string table = summary(records, merged(arguments.against));
+  const std::string table = summary(records);
   if (!arguments.page.empty()) write_whole(arguments.page, table);
   fmt::print("{}\nworst\n", table);
   for (const Record& r : worst_of(arguments)) fmt::print("{}\n", one_line(r));
@@ -217,8 +216,6 @@ Command add_worlds(CLI::App& app) {
   add_option(*command, "--by", a->by,
              "beyond, focal, region, image, corners, refused or diagnosis (beyond)");
   add_option(*command, "--page", a->page, "merge: write the tables, in Markdown");
-  add_option(*command, "--against", a->against,
-             "merge: records of the same worlds by another version");
   add_footer(*command, fmt::format("Defects, and the share of the worlds that have them:\n{}",
                                    help_on_defects()));
   return {command, [a] { return run_action(*a); }};

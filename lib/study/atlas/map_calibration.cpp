@@ -70,21 +70,8 @@ Pose draw_view(double tilt_deg, Random& random, double nearer) {
   const double roll = random.uniform(0, 2 * std::numbers::pi);
   const double distance = nearer * random.uniform(0.9, 1.3);
   return camera_from_world_looking_at(
-      centre + distance * cartesian_from_spherical({1, kRadian * tilt_deg, azimuth}), centre,
+      centre + distance * cartesian_from_spherical({1, kDegree * tilt_deg, azimuth}), centre,
       Vector3d(std::cos(roll), std::sin(roll), 0.1));
-}
-
-void add_view(CalibrationTask& task, const Pose& camera_from_board, Random& random,
-              const std::function<bool(const Vector2d&)>& seen) {
-  View view{std::to_string(task.dataset.views.size()), {}};
-  for (const TargetPoint& p : target_points(task.dataset.boards[0].board)) {
-    const auto pixel = project(task.lens, camera_from_board * p.position);
-    const Vector2d noise = task.sigma_px * Vector2d(random.normal(), random.normal());
-    if (!pixel || !contains(task.dataset.image_size, *pixel) || (seen && !seen(*pixel))) continue;
-    view.observations.push_back({p.id, *pixel + noise, {}});
-  }
-  task.dataset.views.push_back(std::move(view));
-  task.camera_from_board.push_back(camera_from_board);
 }
 
 CalibrationQuestion ask_all(CalibrationTask task, JudgedLens judged) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "study/atlas/calibration_judge.hpp"
+#include "study/tasks/pose_tasks.hpp"
 
 // Maps of failure of calibrations. Private to study.
 
@@ -13,7 +14,6 @@ namespace tagcal::study {
 
 inline constexpr int kSmallGrid = 6;  // points across and down
 inline constexpr double kSmallSpacingM = 0.12;
-inline constexpr double kRadian = std::numbers::pi / 180;
 
 struct CalibrationSolver {
   std::string name, settings;
@@ -47,11 +47,6 @@ CalibrationTask pinhole_task();
 // A pose with this tilt, a random side and roll, at a distance of 0.9 to 1.3 m (times `nearer`),
 // the board a little off the optical axis.
 Pose draw_view(double tilt_deg, Random& random, double nearer = 1);
-
-// Adds a noisy view of the points that are in the image and in the lens' domain, and for which
-// `seen` returns true.
-void add_view(CalibrationTask& task, const Pose& camera_from_board, Random& random,
-              const std::function<bool(const Eigen::Vector2d&)>& seen = {});
 
 // A question with only correct corners.
 CalibrationQuestion ask_all(CalibrationTask task, JudgedLens judged = JudgedLens::camera_matrix);

@@ -100,11 +100,7 @@ CalibrationSolver calibrate_camera(const std::string& name, const std::string& s
   CalibrationSolver solver{name, settings, false, "perspective"};
   solver.prepare = [model, flags](const CalibrationQuestion& question) {
     return prepare_state<LensAnswer>(
-        OpenCvViews(question.dataset),
-        [flags](OpenCvViews& v) {
-          cv::calibrateCamera(v.points, v.pixels, v.size, v.k, v.distortion, v.turns, v.moves,
-                              v.deviations, cv::noArray(), cv::noArray(), flags);
-        },
+        OpenCvViews(question.dataset), [flags](OpenCvViews& views) { views.calibrate(flags); },
         [model](const OpenCvViews& v) { return camera_answer(v, model); });
   };
   return solver;
@@ -120,11 +116,10 @@ CalibrationSolver mrcal_solver() {
     return prepare_task<LensAnswer>(
         question,
         [](const CalibrationQuestion& q) {
-          const double focal_px = parameters(q.good.lens)[0];
-          return mrcal_intrinsics(mrcal_problem(q.dataset, focal_px), MrcalStages::three);
+          return calibrate_by_mrcal(q.dataset, parameters(q.good.lens)[0]);
         },
-        [size = question.dataset.image_size](const std::array<double, 9>& found) {
-          return lens_answer("opencv5", {found.begin(), found.end()}, size);
+        [size = question.dataset.image_size](const std::vector<double>& found) {
+          return lens_answer("opencv5", found, size);
         });
   };
   return solver;
@@ -172,13 +167,7 @@ CalibrationSolver opencv_fisheye() {
       false, "fisheye"};
   solver.prepare = [](const CalibrationQuestion& question) {
     return prepare_state<LensAnswer>(
-        OpenCvViews(question.dataset),
-        [](OpenCvViews& v) {
-          cv::fisheye::calibrate(
-              v.points, v.pixels, v.size, v.k, v.distortion, v.turns, v.moves,
-              cv::fisheye::CALIB_RECOMPUTE_EXTRINSIC | cv::fisheye::CALIB_FIX_SKEW);
-        },
-        [](const OpenCvViews& v) {
+        OpenCvViews(question.dataset), &OpenCvViews::calibrate_fisheye, [](const OpenCvViews& v) {
           return lens_answer("fisheye4", v.values(), {v.size.width, v.size.height});
         });
   };

@@ -27,6 +27,29 @@ std::optional<double> expected_flips(double tilt_deg, double distance_m) {
   return normal_tail(d / (2 * kTagSigmaPx));
 }
 
+enum TurnedTarget { plane_none, plane_half, tag_half, space_none, space_half };
+
+// A target that is turned by nothing or by half a turn, and by this angle about a random axis.
+PoseQuestion nearly_turned(TurnedTarget kind, double away_deg, Random& random) {
+  const bool in_space = kind == space_none || kind == space_half;
+  const bool half = kind == plane_half || kind == tag_half || kind == space_half;
+  const double azimuth = random.uniform(0, 2 * std::numbers::pi);
+  PoseTask task;
+  task.camera = study_camera();
+  task.sigma_px = 1e-6;
+  const Eigen::Quaterniond away =
+      exp_rotation(away_deg * kDegree * Vector3d(std::cos(azimuth), std::sin(azimuth), 0));
+  const Eigen::Quaterniond turned =
+      half ? Eigen::Quaterniond(0, 1, 0, 0) : Eigen::Quaterniond::Identity();
+  task.camera_from_target =
+      Pose(away * turned, {random.uniform(-0.1, 0.1), random.uniform(-0.06, 0.06), 1.2});
+  const std::vector<Vector3d> points = in_space           ? space_points(20, 0.6, random)
+                                       : kind == tag_half ? square_points(0.3)
+                                                          : tag_grid_points(3);
+  see(points, task, random);
+  return all_right(task);
+}
+
 }  // namespace
 
 StabilityMap tag_tilt_distance_map() {
@@ -64,7 +87,6 @@ StabilityMap tag_tilt_distance_map() {
 }
 
 StabilityMap turns_map() {
-  enum Kind { plane_none, plane_half, tag_half, space_none, space_half };
   StabilityMap map;
   map.name = "turns";
   map.title = "Rotations next to none and to half a turn, noise 1e-6 px";
@@ -88,24 +110,7 @@ StabilityMap turns_map() {
            {our_pose(), peer(opencv_pose("IPPE")), peer(opencv_pose("EPNP")),
             peer(opencv_pose("ITERATIVE")), aside(opencv_pose("SQPNP"))},
            [](std::span<const double> at, Random& random) {
-             const int kind = static_cast<int>(at[1]);
-             const bool in_space = kind == space_none || kind == space_half;
-             const bool half = kind == plane_half || kind == tag_half || kind == space_half;
-             const double azimuth = random.uniform(0, 2 * std::numbers::pi);
-             PoseTask task;
-             task.camera = study_camera();
-             task.sigma_px = 1e-6;
-             const Eigen::Quaterniond away =
-                 exp_rotation(at[0] * kDegree * Vector3d(std::cos(azimuth), std::sin(azimuth), 0));
-             const Eigen::Quaterniond turned =
-                 half ? Eigen::Quaterniond(0, 1, 0, 0) : Eigen::Quaterniond::Identity();
-             task.camera_from_target =
-                 Pose(away * turned, {random.uniform(-0.1, 0.1), random.uniform(-0.06, 0.06), 1.2});
-             const std::vector<Vector3d> points = in_space           ? space_points(20, 0.6, random)
-                                                  : kind == tag_half ? square_points(0.3)
-                                                                     : tag_grid_points(3);
-             see(points, task, random);
-             return all_right(task);
+             return nearly_turned(static_cast<TurnedTarget>(at[1]), at[0], random);
            });
   return map;
 }

@@ -21,6 +21,24 @@ std::vector<Vector3d> box_points(std::size_t n, const Vector3d& size, Random& ra
   return points;
 }
 
+// Points a share of which are behind the camera.
+PoseQuestion behind_camera(double share, std::size_t n, Random& random) {
+  PoseTask task = draw_task({}, {}, random);
+  std::vector<Vector3d> points = space_points(n, kSize, random);
+  const auto behind =
+      some_of(n, static_cast<std::size_t>(std::lround(share * static_cast<double>(n))), random);
+  // Reflects a point through the camera's centre: it has the same image at x / z.
+  const Vector3d camera = task.camera_from_target.inverse().translation();
+  for (const std::size_t i : behind) points[i] = 2 * camera - points[i];
+  see(points, task, random);
+  PoseQuestion question;
+  for (std::size_t i = 0; i < n; ++i)
+    if (!std::binary_search(behind.begin(), behind.end(), i)) question.right.push_back(i);
+  question.knowable = beyond_chance(n, question.right.size(), task.sigma_px);
+  question.task = std::move(task);
+  return question;
+}
+
 }  // namespace
 
 StabilityMap flatness_map() {
@@ -168,22 +186,7 @@ StabilityMap behind_camera_map() {
            {our_pose(), peer(opencv_pose("EPNP")), peer(opencv_pose("SQPNP")),
             peer(opencv_ransac("solvePnPRansac")), aside(opencv_pose("ITERATIVE"))},
            [](std::span<const double> at, Random& random) {
-             const auto n = static_cast<std::size_t>(at[1]);
-             PoseTask task = draw_task({}, {}, random);
-             std::vector<Vector3d> points = space_points(n, kSize, random);
-             const auto behind =
-                 some_of(n, static_cast<std::size_t>(std::lround(at[0] * at[1])), random);
-             // Reflects a point through the camera's centre: it has the same image at x / z.
-             const Vector3d camera = task.camera_from_target.inverse().translation();
-             for (const std::size_t i : behind) points[i] = 2 * camera - points[i];
-             see(points, task, random);
-             PoseQuestion question;
-             for (std::size_t i = 0; i < n; ++i)
-               if (!std::binary_search(behind.begin(), behind.end(), i))
-                 question.right.push_back(i);
-             question.knowable = beyond_chance(n, question.right.size(), task.sigma_px);
-             question.task = std::move(task);
-             return question;
+             return behind_camera(at[0], static_cast<std::size_t>(at[1]), random);
            });
   return map;
 }

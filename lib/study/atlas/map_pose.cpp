@@ -106,15 +106,6 @@ bool beyond_chance(std::size_t n, std::size_t right, double sigma_px) {
          std::log(1e-4);
 }
 
-std::vector<std::size_t> some_of(std::size_t n, std::size_t how_many, Random& random) {
-  std::vector<std::size_t> all(n);
-  std::iota(all.begin(), all.end(), std::size_t{0});
-  for (std::size_t i = 0; i < how_many; ++i) std::swap(all[i], all[i + random.index(n - i)]);
-  all.resize(how_many);
-  std::sort(all.begin(), all.end());
-  return all;
-}
-
 std::vector<StabilityMap> pose_maps() {
   return {tag_tilt_distance_map(),
           turns_map(),

@@ -2,6 +2,7 @@
 
 #include "study/atlas/stability.hpp"
 #include "study/atlas/stability_judge.hpp"
+#include "study/tasks/pose_tasks.hpp"
 
 // Maps of failure of poses. Private to study.
 
@@ -38,9 +39,6 @@ void see(const std::vector<Eigen::Vector3d>& points, PoseTask& task, Random& ran
 // Returns true if `right` of n corners agree on a pose better than corners at random pixels do by
 // chance (a contrario: the expected number of such agreements is below 1e-4).
 bool beyond_chance(std::size_t n, std::size_t right, double sigma_px);
-
-// A random subset of 0 .. n - 1 with `how_many` elements, ascending.
-std::vector<std::size_t> some_of(std::size_t n, std::size_t how_many, Random& random);
 
 StabilityMap tag_tilt_distance_map();
 StabilityMap turns_map();

@@ -50,21 +50,29 @@ struct RigJudge {
   }
 };
 
-// `is_sound`: the data are as the methods assume them.
-StabilityMap rig_map(const std::string& name, StabilityAxis axis,
-                     const std::function<RigKind(double)>& kind,
-                     const std::function<bool(double)>& is_sound) {
+struct RigMap {
+  std::string name, title, what, why, answer;  // as of StabilityMap
+  StabilityAxis axis;
+  std::function<RigKind(double)> kind;
+  std::function<bool(double)> is_sound;  // the data are as the methods assume them
+};
+
+StabilityMap map_of(const RigMap& rigs) {
   StabilityMap map;
-  map.name = name;
-  map.axes = {std::move(axis)};
+  map.name = rigs.name;
+  map.title = rigs.title;
+  map.what = rigs.what;
+  map.why = rigs.why;
+  map.answer = rigs.answer;
+  map.axes = {rigs.axis};
   map.trials = 300;
   map.peer_trials = 20;
   map.quick_trials = 2;
   map.mark_over_map = true;
   const std::vector<RigMethod> methods = rig_methods();
   for (const RigMethod& m : methods) map.methods.push_back({m.name, m.settings, m.ours(), true});
-  map.draw = [methods, kind, is_sound](std::span<const double> at,
-                                       Random& random) -> StabilityProblem {
+  map.draw = [methods, kind = rigs.kind, is_sound = rigs.is_sound](
+                 std::span<const double> at, Random& random) -> StabilityProblem {
     const auto judge =
         std::make_shared<const RigJudge>(draw_rig(kind(at[0]), random), is_sound(at[0]));
     return [judge, methods](std::size_t method) {
@@ -80,54 +88,54 @@ StabilityMap rig_map(const std::string& name, StabilityAxis axis,
 bool always(double) { return true; }
 bool if_zero(double value) { return value == 0; }
 
+const RigMap kRigMaps[] = {
+    {"rig-late",
+     "Rig: a camera that is late, 20 instants of a board that moves steadily",
+     "A camera that lost a frame gives a wrong baseline beside small residuals",
+     "Poses of the board absorb most of a shift along its path",
+     "tagcal holds the disagreement of a camera against the board's speed",
+     {"late by", "instants", {0, 0.02, 0.05, 0.1, 0.3, 1, 3}, {}},
+     [](double late) { return RigKind{.late = late}; },
+     if_zero},
+    {"rig-overlap",
+     "Rig: instants at which both cameras see the board, of 20",
+     "Without a common view nothing connects two cameras",
+     "The places of the cameras are known by common instants only",
+     "tagcal says `not_connected` and names the nearest views; one instant is a warning",
+     {"common instants of 20", "", {0, 1, 2, 4, 10, 20}, {}},
+     [](double count) { return RigKind{.common = count / 20}; },
+     [](double n) { return n > 0; }},
+    {"rig-spread",
+     "Rig: spread of the board's tilts and places, 20 instants",
+     "Views of a board that hardly moves leave lenses and places open",
+     "Focal length and distance trade for one tilt (Zhang, PAMI 2000)",
+     "tagcal refuses a camera whose own pictures do not calibrate it",
+     {"spread of the board", "", {0, 0.02, 0.1, 0.3, 1}, {}},
+     [](double spread) { return RigKind{.spread = spread}; },
+     always},
+    {"rig-moved",
+     "Rig: a camera that is knocked after two thirds of 20 instants",
+     "An answer for all instants is that of neither place",
+     "Least squares takes a place between both",
+     "tagcal looks for a change of each camera's place, and answers for the "
+     "longer part with the warning `camera_moved`",
+     {"moved by", "mm", {0, 0.5, 1, 3, 10, 50}, {}},
+     [](double mm) { return RigKind{.moved_m = 1e-3 * mm}; },
+     if_zero},
+    {"rig-wheel",
+     "Rig: two cameras without a common view, on a body that turns about one axis by 30 deg",
+     "Turns about one axis leave the place along this axis open",
+     "AX = XB needs two axes (Park & Martin, IEEE Trans. Rob. Autom. 1994)",
+     "tagcal says `extrinsic_not_observable`, with the axis",
+     {"turns about other axes", "deg", {0, 0.5, 2, 5, 20}, {}},
+     [](double degrees) { return RigKind{.is_wheel = true, .other_turns = kDegree * degrees}; },
+     [](double degrees) { return degrees > 0; }}};
+
 }  // namespace
 
 std::vector<StabilityMap> rig_maps() {
   std::vector<StabilityMap> maps;
-  maps.push_back(rig_map(
-      "rig-late", {"late by", "instants", {0, 0.02, 0.05, 0.1, 0.3, 1, 3}, {}},
-      [](double late) { return RigKind{.late = late}; }, if_zero));
-  maps.back().title = "Rig: a camera that is late, 20 instants of a board that moves steadily";
-  maps.back().what = "A camera that lost a frame gives a wrong baseline beside small residuals";
-  maps.back().why = "Poses of the board absorb most of a shift along its path";
-  maps.back().answer = "tagcal holds the disagreement of a camera against the board's speed";
-
-  maps.push_back(rig_map(
-      "rig-overlap", {"common instants of 20", "", {0, 1, 2, 4, 10, 20}, {}},
-      [](double count) { return RigKind{.common = count / 20}; }, [](double n) { return n > 0; }));
-  maps.back().title = "Rig: instants at which both cameras see the board, of 20";
-  maps.back().what = "Without a common view nothing connects two cameras";
-  maps.back().why = "The places of the cameras are known by common instants only";
-  maps.back().answer =
-      "tagcal says `not_connected` and names the nearest views; one instant is a warning";
-
-  maps.push_back(rig_map(
-      "rig-spread", {"spread of the board", "", {0, 0.02, 0.1, 0.3, 1}, {}},
-      [](double spread) { return RigKind{.spread = spread}; }, always));
-  maps.back().title = "Rig: spread of the board's tilts and places, 20 instants";
-  maps.back().what = "Views of a board that hardly moves leave lenses and places open";
-  maps.back().why = "Focal length and distance trade for one tilt (Zhang, PAMI 2000)";
-  maps.back().answer = "tagcal refuses a camera whose own pictures do not calibrate it";
-
-  maps.push_back(rig_map(
-      "rig-moved", {"moved by", "mm", {0, 0.5, 1, 3, 10, 50}, {}},
-      [](double mm) { return RigKind{.moved_m = 1e-3 * mm}; }, if_zero));
-  maps.back().title = "Rig: a camera that is knocked after two thirds of 20 instants";
-  maps.back().what = "An answer for all instants is that of neither place";
-  maps.back().why = "Least squares takes a place between both";
-  maps.back().answer =
-      "tagcal looks for a change of each camera's place, and answers for the "
-      "longer part with the warning `camera_moved`";
-
-  maps.push_back(rig_map(
-      "rig-wheel", {"turns about other axes", "deg", {0, 0.5, 2, 5, 20}, {}},
-      [](double degrees) { return RigKind{.is_wheel = true, .other_turns = kRadian * degrees}; },
-      [](double degrees) { return degrees > 0; }));
-  maps.back().title =
-      "Rig: two cameras without a common view, on a body that turns about one axis by 30 deg";
-  maps.back().what = "Turns about one axis leave the place along this axis open";
-  maps.back().why = "AX = XB needs two axes (Park & Martin, IEEE Trans. Rob. Autom. 1994)";
-  maps.back().answer = "tagcal says `extrinsic_not_observable`, with the axis";
+  for (const RigMap& rigs : kRigMaps) maps.push_back(map_of(rigs));
   return maps;
 }
 

@@ -16,10 +16,10 @@ std::vector<CalibrationSolver> all_solvers() {
 
 // A pose whose board normal is fixed up to a small spread, with random position and roll.
 Pose draw_parallel(double spread_deg, Random& random) {
-  constexpr double kTilt = 30 * kRadian;
+  constexpr double kTilt = 30 * kDegree;
   const Eigen::Quaterniond facing(0, 1, 0, 0);
   const double azimuth = random.uniform(0, 2 * std::numbers::pi);
-  const double off = spread_deg * kRadian * random.uniform();
+  const double off = spread_deg * kDegree * random.uniform();
   const Eigen::Quaterniond turn =
       exp_rotation(off * Eigen::Vector3d(std::cos(azimuth), std::sin(azimuth), 0)) *
       exp_rotation({kTilt, 0, 0}) * facing *
@@ -91,7 +91,7 @@ StabilityMap roll_map() {
     CalibrationTask task = pinhole_task();
     const Pose first = draw_view(at[0], random);
     for (int i = 0; i < 8; ++i)
-      add_view(task, rotation_about_z(kRadian * at[1] * i / 8) * first, random);
+      add_view(task, rotation_about_z(kDegree * at[1] * i / 8) * first, random);
     return ask_all(std::move(task));
   });
   return map;

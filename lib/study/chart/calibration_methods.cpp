@@ -28,13 +28,8 @@ template <typename Solve>
 CalibrationMethod opencv_method(const std::string& name, const std::string& settings, Solve solve) {
   return {name,
           [solve](const CalibrationTask& task) {
-            return prepare_task<CalibrationAnswer>(OpenCvViews(task.dataset),
-                                                   [solve](OpenCvViews& views) {
-                                                     views.k = cv::Mat();
-                                                     views.distortion = cv::Mat();
-                                                     solve(views);
-                                                     return views.values();
-                                                   });
+            return prepare_state<CalibrationAnswer>(OpenCvViews(task.dataset), solve,
+                                                    &OpenCvViews::values);
           },
           settings};
 }
@@ -43,49 +38,21 @@ CalibrationMethod calibrate_camera(const std::string& name, int flags) {
   return opencv_method(name,
                        flags == 0 ? "default flags, with standard deviations"
                                   : "CALIB_USE_LU, with standard deviations",
-                       [flags](OpenCvViews& v) {
-                         cv::calibrateCamera(v.points, v.pixels, v.size, v.k, v.distortion, v.turns,
-                                             v.moves, v.deviations, cv::noArray(), cv::noArray(),
-                                             flags);
-                       });
+                       [flags](OpenCvViews& views) { views.calibrate(flags); });
 }
 
-CalibrationMethod fisheye_calibrate() {
-  return opencv_method(
-      "OpenCV fisheye::calibrate",
-      "CALIB_RECOMPUTE_EXTRINSIC | CALIB_FIX_SKEW, 100 iterations; no standard deviations",
-      [](OpenCvViews& v) {
-        cv::fisheye::calibrate(
-            v.points, v.pixels, v.size, v.k, v.distortion, v.turns, v.moves,
-            cv::fisheye::CALIB_RECOMPUTE_EXTRINSIC | cv::fisheye::CALIB_FIX_SKEW);
-      });
-}
-
-}  // namespace
-
-CalibrationMethod mrcal_calibration(MrcalStages stages) {
-  const auto prepare = [stages](const CalibrationTask& task) {
-    const auto posed = [](const CalibrationTask& t) {
-      return mrcal_problem(t.dataset, parameters(t.lens)[0]);
-    };
-    const auto answer = [](const std::array<double, 9>& found) {
-      return CalibrationAnswer(found.begin(), found.end());
-    };
-    if (stages == MrcalStages::one)
-      return prepare_task<CalibrationAnswer>(
-          posed(task), [](const MrcalProblem& p) { return mrcal_intrinsics(p, MrcalStages::one); },
-          answer);
-    return prepare_task<CalibrationAnswer>(
-        task,
-        [posed](const CalibrationTask& t) {
-          return mrcal_intrinsics(posed(t), MrcalStages::three);
-        },
-        answer);
+CalibrationMethod mrcal_calibration() {
+  const auto prepare = [](const CalibrationTask& task) {
+    return prepare_task<CalibrationAnswer>(task, [](const CalibrationTask& t) {
+      return calibrate_by_mrcal(t.dataset, parameters(t.lens)[0]);
+    });
   };
-  return {stages == MrcalStages::three ? "mrcal" : "mrcal, its optimiser", prepare,
+  return {"mrcal", prepare,
           "LENSMODEL_OPENCV5 in the three stages of its tool, the true f given, poses by solvePnP; "
           "no outliers looked for, no regularisation, no uncertainties"};
 }
+
+}  // namespace
 
 std::vector<CalibrationMethod> calibration_methods(const std::string& model) {
   std::vector<CalibrationMethod> methods = {
@@ -93,13 +60,16 @@ std::vector<CalibrationMethod> calibration_methods(const std::string& model) {
        "the model by its name, sigma_px given, wrong corners looked for, with covariance and all "
        "that is said of it; one thread"}};
   if (model == "fisheye4") {
-    methods.push_back(fisheye_calibrate());
+    methods.push_back(opencv_method(
+        "OpenCV fisheye::calibrate",
+        "CALIB_RECOMPUTE_EXTRINSIC | CALIB_FIX_SKEW, 100 iterations; no standard deviations",
+        &OpenCvViews::calibrate_fisheye));
     return methods;
   }
   methods.push_back(calibrate_camera("OpenCV calibrateCamera", 0));
   methods.push_back(calibrate_camera("OpenCV calibrateCamera, LU", cv::CALIB_USE_LU));
   methods.push_back(ceres_autodiff_calibration());
-  if (has_mrcal()) methods.push_back(mrcal_calibration(MrcalStages::three));
+  if (has_mrcal()) methods.push_back(mrcal_calibration());
   return methods;
 }
 

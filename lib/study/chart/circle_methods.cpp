@@ -50,20 +50,24 @@ CircleMethod our_circles(bool lens_is_known) {
 CircleMethod opencv_circles() {
   const auto prepare = [](const CircleTask& given) {
     return prepare_task<std::vector<Vector2d>>(given, [](const CircleTask& task) {
-      const cv::Mat image(task.image.height(), task.image.width(), CV_8U,
-                          const_cast<std::uint8_t*>(task.image.pixels().data()));
-      const auto& grid = std::get<CircleGrid>(task.board.board.pattern);
-      std::vector<cv::Point2f> found;
-      std::vector<Vector2d> centres;
-      if (cv::findCirclesGrid(image, {grid.columns, grid.rows}, found))
-        for (const cv::Point2f& centre : found) centres.emplace_back(centre.x, centre.y);
-      return centres;
+      return circles_by_opencv(task.image, std::get<CircleGrid>(task.board.board.pattern));
     });
   };
   return {"OpenCV findCirclesGrid", prepare, "defaults"};
 }
 
 }  // namespace
+
+std::vector<Vector2d> circles_by_opencv(const Image8& image, const CircleGrid& grid) {
+  const cv::Mat pixels(image.height(), image.width(), CV_8U,
+                       const_cast<std::uint8_t*>(image.pixels().data()));
+  const int kind = grid.asymmetric ? cv::CALIB_CB_ASYMMETRIC_GRID : cv::CALIB_CB_SYMMETRIC_GRID;
+  std::vector<cv::Point2f> found;
+  std::vector<Vector2d> centres;
+  if (cv::findCirclesGrid(pixels, {grid.columns, grid.rows}, found, kind))
+    for (const cv::Point2f& centre : found) centres.emplace_back(centre.x, centre.y);
+  return centres;
+}
 
 CircleTask draw_circle_task(double noise_levels, Random& random) {
   CircleGrid grid{8, 6, kSpacing, kSpacing / 2};

@@ -27,6 +27,9 @@ CircleTask draw_circle_task(double noise_levels, Random& random);
 
 using CircleMethod = Method<CircleTask, std::vector<Eigen::Vector2d>>;
 
+// By cv::findCirclesGrid; none if it finds no grid.
+std::vector<Eigen::Vector2d> circles_by_opencv(const Image8& image, const CircleGrid& grid);
+
 // As `tagcal detect`, also with --camera, and cv::findCirclesGrid. No centres: not found.
 std::vector<CircleMethod> circle_methods();
 

@@ -35,7 +35,7 @@ struct PictureTask {
   std::uint64_t noise_seed = 0;
   std::shared_ptr<const TemporaryPicture> file;
   std::map<int, TagCorners> corners;  // of the tags that are wholly in the picture
-  double bound_px = 0;                    // Cramer-Rao bound for a known lens, RMS of a coordinate
+  double bound_px = 0;                // Cramer-Rao bound for a known lens, RMS of a coordinate
 };
 
 // A picture of 1280x800 pixels of a board that is tilted about a random axis.

@@ -150,14 +150,26 @@ std::vector<PoseMethod> with_opengv(std::vector<PoseMethod> methods) {
   return methods;
 }
 
+std::vector<PoseMethod> focal_methods(PoseJob job) {
+  const PoseMethod ours = {"tagcal estimate_pose_and_focal", prepare_estimate_pose_and_focal,
+                           "sigma_px given; with covariance, status and refusal"};
+  if (job == PoseJob::four_space_focal)
+    return {
+        ours,
+        {"tagcal p4pf", prepare_p4pf, "minimal solver; of its solutions the nearest to the truth"}};
+  if (job == PoseJob::space_focal) return {ours, opencv_calibrate_camera()};
+  return {
+      ours,
+      {"tagcal plane_pose_and_focal", prepare_plane_pose_and_focal, "closed form, no refinement"},
+      opencv_calibrate_camera()};
+}
+
 }  // namespace
 
 std::vector<PoseMethod> pose_methods(PoseJob job) {
   const PoseMethod ours = {
       "tagcal estimate_pose", prepare_estimate_pose,
       "sigma_px given; with covariance, status and the search for wrong corners"};
-  const PoseMethod ours_focal = {"tagcal estimate_pose_and_focal", prepare_estimate_pose_and_focal,
-                                 "sigma_px given; with covariance, status and refusal"};
   const PoseMethod our_pnp = {"tagcal pnp", prepare_pnp, "closed form, no refinement"};
   const PoseMethod our_ippe = {"tagcal homography + ippe", prepare_ippe,
                                "closed form, the pose of smaller residuals"};
@@ -185,19 +197,9 @@ std::vector<PoseMethod> pose_methods(PoseJob job) {
               opencv_ransac("solvePnPRansac SQPNP"),
               usac,
               opencv_ransac("USAC MAGSAC")};
-    case PoseJob::plane_focal:
-      return {ours_focal,
-              {"tagcal plane_pose_and_focal", prepare_plane_pose_and_focal,
-               "closed form, no refinement"},
-              opencv_calibrate_camera()};
-    case PoseJob::four_space_focal:
-      return {ours_focal,
-              {"tagcal p4pf", prepare_p4pf,
-               "minimal solver; of its solutions the nearest to the truth"}};
-    case PoseJob::space_focal:
-      return {ours_focal, opencv_calibrate_camera()};
+    default:
+      return focal_methods(job);
   }
-  return {};
 }
 
 }  // namespace tagcal::study

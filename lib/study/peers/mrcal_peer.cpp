@@ -22,7 +22,7 @@ mrcal_point3_t point(const double* xyz) {
 
 bool has_mrcal() { return true; }
 
-std::array<double, 9> mrcal_intrinsics(const MrcalProblem& problem, MrcalStages stages) {
+std::array<double, 9> mrcal_intrinsics(const MrcalProblem& problem) {
   const int num_views = static_cast<int>(problem.poses.size() / 6);
   std::array<double, 9> intrinsics = {problem.focal_px, problem.focal_px, 0.5 * (problem.width - 1),
                                       0.5 * (problem.height - 1)};
@@ -51,10 +51,8 @@ std::array<double, 9> mrcal_intrinsics(const MrcalProblem& problem, MrcalStages 
                    pixels.data(), &lens, size, selections, &constants, problem.spacing_m,
                    problem.grid_columns, problem.grid_rows, false, false);
   };
-  if (stages == MrcalStages::three) {
-    optimize(MRCAL_LENSMODEL_PINHOLE, false, false);
-    optimize(MRCAL_LENSMODEL_PINHOLE, true, false);
-  }
+  optimize(MRCAL_LENSMODEL_PINHOLE, false, false);
+  optimize(MRCAL_LENSMODEL_PINHOLE, true, false);
   optimize(MRCAL_LENSMODEL_OPENCV5, true, true);
   return intrinsics;
 }
@@ -62,7 +60,7 @@ std::array<double, 9> mrcal_intrinsics(const MrcalProblem& problem, MrcalStages 
 #else
 
 bool has_mrcal() { return false; }
-std::array<double, 9> mrcal_intrinsics(const MrcalProblem&, MrcalStages) { return {}; }
+std::array<double, 9> mrcal_intrinsics(const MrcalProblem&) { return {}; }
 
 #endif
 

@@ -19,10 +19,8 @@ struct MrcalProblem {
 // Returns false if the build did not find libmrcal.
 bool has_mrcal();
 
-// fx fy cx cy k1 k2 p1 p2 k3 of LENSMODEL_OPENCV5, without regularisation and outlier rejection.
-// One stage solves all at once; the three stages of mrcal's own tool (poses; then the pinhole with
-// them; then all) need less accurate initial values.
-enum class MrcalStages { one, three };
-std::array<double, 9> mrcal_intrinsics(const MrcalProblem& problem, MrcalStages stages);
+// fx fy cx cy k1 k2 p1 p2 k3 of LENSMODEL_OPENCV5, without regularisation and outlier rejection, in
+// the three stages of mrcal's own tool: poses; then the pinhole with them; then all.
+std::array<double, 9> mrcal_intrinsics(const MrcalProblem& problem);
 
 }  // namespace tagcal::study

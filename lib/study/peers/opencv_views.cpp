@@ -22,6 +22,18 @@ OpenCvViews::OpenCvViews(const Dataset& dataset)
   }
 }
 
+void OpenCvViews::calibrate(int flags) {
+  k = distortion = cv::Mat();
+  cv::calibrateCamera(points, pixels, size, k, distortion, turns, moves, deviations, cv::noArray(),
+                      cv::noArray(), flags);
+}
+
+void OpenCvViews::calibrate_fisheye() {
+  k = distortion = cv::Mat();
+  cv::fisheye::calibrate(points, pixels, size, k, distortion, turns, moves,
+                         cv::fisheye::CALIB_RECOMPUTE_EXTRINSIC | cv::fisheye::CALIB_FIX_SKEW);
+}
+
 std::vector<double> OpenCvViews::values() const {
   std::vector<double> all = {k.at<double>(0, 0), k.at<double>(1, 1), k.at<double>(0, 2),
                              k.at<double>(1, 2)};
@@ -58,6 +70,11 @@ MrcalProblem mrcal_problem(const Dataset& dataset, double focal_px) {
                          {turn[0], turn[1], turn[2], move[0], move[1], move[2]});
   }
   return problem;
+}
+
+std::vector<double> calibrate_by_mrcal(const Dataset& dataset, double focal_px) {
+  const std::array<double, 9> found = mrcal_intrinsics(mrcal_problem(dataset, focal_px));
+  return {found.begin(), found.end()};
 }
 
 }  // namespace tagcal::study

@@ -14,6 +14,11 @@ namespace tagcal::study {
 struct OpenCvViews {
   explicit OpenCvViews(const Dataset& dataset);
 
+  // cv::calibrateCamera with standard deviations; cv::fisheye::calibrate with
+  // CALIB_RECOMPUTE_EXTRINSIC | CALIB_FIX_SKEW.
+  void calibrate(int flags);
+  void calibrate_fisheye();
+
   // fx fy cx cy and the coefficients.
   std::vector<double> values() const;
 
@@ -24,8 +29,9 @@ struct OpenCvViews {
   std::vector<cv::Mat> turns, moves;
 };
 
-// The problem of one board, a square grid of points that are numbered row by row. The initial poses
-// are those of cv::solvePnP for a pinhole with the focal length.
+// The problem of one board, a square grid of points that are numbered row by row, and its solution.
+// The initial poses are those of cv::solvePnP for a pinhole with the focal length.
 MrcalProblem mrcal_problem(const Dataset& dataset, double focal_px);
+std::vector<double> calibrate_by_mrcal(const Dataset& dataset, double focal_px);
 
 }  // namespace tagcal::study

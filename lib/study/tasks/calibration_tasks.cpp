@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "study/tasks/pose_tasks.hpp"
 #include "tagcal/camera/batch.hpp"
 #include "tagcal/camera/model.hpp"
 #include "tagcal/geometry/viewpoint.hpp"
@@ -14,7 +15,6 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kSigmaPx = 0.3;
 
 Pose draw_pose(Random& random) {
@@ -29,23 +29,26 @@ Pose draw_pose(Random& random) {
 
 }  // namespace
 
+void add_view(CalibrationTask& task, const Pose& camera_from_board, Random& random,
+              const std::function<bool(const Vector2d&)>& seen) {
+  View view{std::to_string(task.dataset.views.size()), {}};
+  for (const TargetPoint& p : target_points(task.dataset.boards[0].board)) {
+    const auto pixel = project(task.lens, camera_from_board * p.position);
+    const Vector2d noise = task.sigma_px * Vector2d(random.normal(), random.normal());
+    if (!pixel || !contains(task.dataset.image_size, *pixel) || (seen && !seen(*pixel))) continue;
+    view.observations.push_back({p.id, *pixel + noise, {}});
+  }
+  task.dataset.views.push_back(std::move(view));
+  task.camera_from_board.push_back(camera_from_board);
+}
+
 CalibrationTask draw_calibration(const Lens& lens, const std::string& model, int num_views,
                                  Random& random) {
   CalibrationTask task{{}, lens, model, kSigmaPx, {}};
   task.dataset.image_size = {1280, 800};
   task.dataset.boards = {
       {make_board(Checkerboard{kGridPoints, kGridPoints, kGridSpacingM, kGridSpacingM}), Pose()}};
-  for (int i = 0; i < num_views; ++i) {
-    task.camera_from_board.push_back(draw_pose(random));
-    View view{std::to_string(i), {}};
-    for (const TargetPoint& p : target_points(task.dataset.boards[0].board)) {
-      const auto pixel = project(lens, task.camera_from_board.back() * p.position);
-      const Vector2d noise = kSigmaPx * Vector2d(random.normal(), random.normal());
-      if (pixel && contains(task.dataset.image_size, *pixel))
-        view.observations.push_back({p.id, *pixel + noise, {}});
-    }
-    task.dataset.views.push_back(std::move(view));
-  }
+  for (int i = 0; i < num_views; ++i) add_view(task, draw_pose(random), random);
   return task;
 }
 

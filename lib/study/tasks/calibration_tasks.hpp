@@ -1,9 +1,9 @@
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "study/method.hpp"
-#include "study/peers/mrcal_peer.hpp"
 #include "tagcal/random.hpp"
 #include "tagcal/scene/dataset.hpp"
 
@@ -22,6 +22,11 @@ struct CalibrationTask {
 inline constexpr int kGridPoints = 12;  // across and down
 inline constexpr double kGridSpacingM = 0.06;
 
+// Adds a noisy view of the points that are in the image and in the lens' domain, and for which
+// `seen` returns true.
+void add_view(CalibrationTask& task, const Pose& camera_from_board, Random& random,
+              const std::function<bool(const Eigen::Vector2d&)>& seen = {});
+
 // Views from 0.8 to 1.4 m with tilts up to 50 degrees; corners outside of the image are not seen.
 CalibrationTask draw_calibration(const Lens& lens, const std::string& model, int num_views,
                                  Random& random);
@@ -33,10 +38,6 @@ Eigen::MatrixXd calibration_information(const CalibrationTask& task);
 // The free parameters; empty if there is no answer.
 using CalibrationAnswer = std::vector<double>;
 using CalibrationMethod = Method<CalibrationTask, CalibrationAnswer>;
-
-// mrcal's optimiser: in the three stages of its own tool (the true f given, poses by cv::solvePnP),
-// or in one stage with the initial poses and f not timed. Precondition: has_mrcal().
-CalibrationMethod mrcal_calibration(MrcalStages stages);
 
 // The methods that can fit the lens of the model, ours first.
 std::vector<CalibrationMethod> calibration_methods(const std::string& model);

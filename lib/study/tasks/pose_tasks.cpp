@@ -1,6 +1,8 @@
 #include "study/tasks/pose_tasks.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "tagcal/geometry/viewpoint.hpp"
 #include "tagcal/scene/board.hpp"
@@ -36,6 +38,15 @@ std::vector<Vector3d> space_points(std::size_t n, double side_m, Random& random)
     points.push_back(side_m * Vector3d(random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5),
                                        random.uniform(-0.5, 0.5)));
   return points;
+}
+
+std::vector<std::size_t> some_of(std::size_t n, std::size_t how_many, Random& random) {
+  std::vector<std::size_t> all(n);
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  for (std::size_t i = 0; i < how_many; ++i) std::swap(all[i], all[i + random.index(n - i)]);
+  all.resize(how_many);
+  std::sort(all.begin(), all.end());
+  return all;
 }
 
 PoseTask draw_task(const std::vector<Vector3d>& points, const ViewRange& range, Random& random) {

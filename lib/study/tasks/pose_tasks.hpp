@@ -27,6 +27,9 @@ std::vector<int> tag_grid_groups(int n);
 // Random points in a cube about the origin.
 std::vector<Eigen::Vector3d> space_points(std::size_t n, double side_m, Random& random);
 
+// A random subset of 0 .. n - 1 with `how_many` elements, ascending.
+std::vector<std::size_t> some_of(std::size_t n, std::size_t how_many, Random& random);
+
 struct ViewRange {
   double min_tilt_deg = 0, max_tilt_deg = 52;
   double min_distance_m = 0.7, max_distance_m = 1.6;

@@ -21,6 +21,7 @@ using Eigen::Vector3d;
 constexpr double kRigSigmaPx = 0.2;  // of a coordinate: that of a good detector
 constexpr ImageSize kRigImage = {1280, 800};
 const Vector3d kBoardCentre(0.33, 0.33, 0);
+constexpr int kSecondBoard = 100;  // its first tag
 
 Vector6d random_step(Random& random, double rad, double m) {
   Vector6d step;
@@ -58,6 +59,19 @@ std::function<Pose(double)> steady_motion(Random& random) {
   };
 }
 
+Lens draw_lens(Random& random) {
+  const double f = random.uniform(800, 1000);
+  return Perspective({f, f * 1.001, 640 + random.uniform(-9, 9), 400 + random.uniform(-9, 9),
+                      random.uniform(-0.2, 0), 0.05, 0, 0, 0});
+}
+
+Vector6d draw_move(double metres, Random& random) {
+  Vector6d move = random_step(random, 0.2 * metres, 0);
+  move.tail<3>() =
+      metres * Vector3d(random.normal(), random.normal(), random.normal()).normalized();
+  return move;
+}
+
 // The rig before the world by the time in instants.
 std::function<Pose(double)> motion_of(const RigKind& kind, Random& random) {
   if (kind.late != 0) return steady_motion(random);
@@ -79,7 +93,7 @@ std::vector<PlacedBoard> boards_of(const RigKind& kind, const Pose& second_from_
   if (!kind.is_wheel) return {{first, Pose()}};
   // The second board stands where the second camera looks at first.
   return {{first, Pose()},
-          {make_board(AprilGrid{6, 6, 0.088, 0.3, 100}),
+          {make_board(AprilGrid{6, 6, 0.088, 0.3, kSecondBoard}),
            first_look.inverse() * second_from_first.inverse() *
                retract(first_look, random_step(random, 0.1, 0.05))}};
 }
@@ -103,6 +117,62 @@ Eigen::Matrix<double, 3, 6> point_by_pose(const Vector3d& turned) {
   return by;
 }
 
+// The unknowns of rig_information(): places of the cameras, then lenses, then places of the boards,
+// but the first ones.
+struct Unknowns {
+  const std::vector<FreeParameter>& free = Model::named("opencv5").free();
+  Index places, of_boards, size;
+
+  explicit Unknowns(const RigTask& task) {
+    const auto n = std::ssize(task.rig.cameras);
+    places = 6 * (n - 1);
+    of_boards = places + of_lens() * n;
+    size = of_boards + 6 * (std::ssize(task.rig.cameras.front().data.boards) - 1);
+  }
+  Index of_lens() const { return std::ssize(free); }
+};
+
+// The derivatives of the pixels of a view by the pose of the rig and by the unknowns.
+struct ViewRows {
+  MatrixXd by_pose, by_all;
+};
+
+ViewRows rows_of(const RigTask& task, std::size_t t, std::size_t camera, const Unknowns& unknowns) {
+  const Pose &rig_from_world = task.rig_from_world[t],
+             &camera_from_rig = task.rig.truth->camera_from_rig[camera];
+  const Dataset& data = task.rig.cameras[camera].data;
+  const auto& seen = data.views[*task.rig.instants[t].view[camera]].observations;
+  const auto points = points_in_world(data.boards);
+  std::vector<Vector3d> x;
+  for (const Observation& o : seen) x.push_back(rig_from_world * points.at(o.id));
+  const auto m = std::ssize(x), k = unknowns.of_lens(), at = static_cast<Index>(camera);
+  std::vector<Vector2d> pixels(x.size());
+  std::vector<std::uint8_t> valid(x.size());
+  using RowMajorX = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  RowMajorX by_camera(2 * m, 6), by_free(2 * m, k);
+  project_with_jacobians(data.truth->camera.lens, camera_from_rig, x, unknowns.free,
+                         {pixels,
+                          valid,
+                          {by_camera.data(), static_cast<std::size_t>(12 * m)},
+                          {by_free.data(), static_cast<std::size_t>(2 * m * k)}});
+  ViewRows rows{MatrixXd(2 * m, 6), MatrixXd::Zero(2 * m, unknowns.size)};
+  for (Index i = 0; i < m; ++i) {
+    const auto p = static_cast<std::size_t>(i);
+    // The last three columns are those of the point in the camera.
+    const Eigen::Matrix<double, 2, 3> by_x =
+        by_camera.block<2, 3>(2 * i, 3) * camera_from_rig.rotation_matrix();
+    rows.by_pose.middleRows<2>(2 * i) = by_x * point_by_pose(x[p] - rig_from_world.translation());
+    if (seen[p].id.tag_id >= kSecondBoard)
+      rows.by_all.block<2, 6>(2 * i, unknowns.of_boards) =
+          by_x * rig_from_world.rotation_matrix() *
+          point_by_pose(rig_from_world.inverse() * x[p] -
+                        data.boards[1].world_from_board.translation());
+  }
+  if (camera > 0) rows.by_all.middleCols<6>(6 * (at - 1)) = by_camera;
+  rows.by_all.middleCols(unknowns.places + k * at, k) = by_free;
+  return rows;
+}
+
 }  // namespace
 
 RigTask draw_rig(const RigKind& kind, Random& random) {
@@ -118,19 +188,13 @@ RigTask draw_rig(const RigKind& kind, Random& random) {
   for (int c = 0; c < kind.num_cameras; ++c) {
     const bool is_last = c + 1 == kind.num_cameras;
     RigCamera camera{"cam" + std::to_string(c), {}, {}};
-    const double f = random.uniform(800, 1000);
-    const Lens lens =
-        Perspective({f, f * 1.001, 640 + random.uniform(-9, 9), 400 + random.uniform(-9, 9),
-                     random.uniform(-0.2, 0), 0.05, 0, 0, 0});
-    camera.data = {kRigImage, boards, {}, Truth{{lens, kRigImage}, "", {}}};
+    camera.data = {kRigImage, boards, {}, Truth{{draw_lens(random), kRigImage}, "", {}}};
     const Pose place = c == 0          ? Pose()
                        : kind.is_wheel ? half_turn
                                        : retract(Pose(), random_step(random, 0.2, 0.2));
     rig.truth->camera_from_rig.push_back(place);
     rig.truth->time_offset_s.push_back(0);
-    Vector6d moved = random_step(random, 0.2 * kind.moved_m, 0);
-    moved.tail<3>() =
-        kind.moved_m * Vector3d(random.normal(), random.normal(), random.normal()).normalized();
+    const Pose other_place = retract(place, draw_move(kind.moved_m, random));
     for (int t = 0; t < kind.num_instants; ++t) {
       Instant& instant = rig.instants[static_cast<std::size_t>(t)];
       instant.view.resize(static_cast<std::size_t>(kind.num_cameras));
@@ -138,10 +202,10 @@ RigTask draw_rig(const RigKind& kind, Random& random) {
       const bool is_common = t < kind.common * kind.num_instants || (t % 2 == 0) == is_last;
       if (!is_common && !kind.is_wheel) continue;
       const bool is_moved = is_last && kind.moved_m > 0 && 3 * t >= 2 * kind.num_instants;
-      View view = seen_by(camera.data.truth->camera,
-                          (is_moved ? retract(place, moved) : place) *
-                              rig_from_world(t + (is_last ? kind.late : 0)),
-                          boards, random);
+      View view =
+          seen_by(camera.data.truth->camera,
+                  (is_moved ? other_place : place) * rig_from_world(t + (is_last ? kind.late : 0)),
+                  boards, random);
       if (view.observations.size() < 16) continue;
       view.image = std::to_string(t);
       instant.view[static_cast<std::size_t>(c)] = camera.data.views.size();
@@ -153,55 +217,14 @@ RigTask draw_rig(const RigKind& kind, Random& random) {
 }
 
 MatrixXd rig_information(const RigTask& task) {
-  const std::vector<FreeParameter>& free = Model::named("opencv5").free();
-  const auto k = static_cast<Index>(free.size());
-  const auto n = std::ssize(task.rig.cameras);
-  const std::vector<PlacedBoard>& boards = task.rig.cameras.front().data.boards;
-  // Places of the cameras, then lenses, then places of the boards, but the first ones.
-  const Index places = 6 * (n - 1), of_boards = places + k * n;
-  const Index size = of_boards + 6 * (std::ssize(boards) - 1);
+  const Unknowns unknowns(task);
+  const Index places = unknowns.places, size = unknowns.size;
   MatrixXd information = MatrixXd::Zero(size, size);
-  const auto points = points_in_world(boards);
-  using RowMajorX = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   for (std::size_t t = 0; t < task.rig.instants.size(); ++t) {
-    const Pose& rig_from_world = task.rig_from_world[t];
     MatrixXd of_pose = MatrixXd::Zero(6, 6), mixed = MatrixXd::Zero(6, size);
     for (std::size_t c = 0; c < task.rig.cameras.size(); ++c) {
-      const auto& index = task.rig.instants[t].view[c];
-      if (!index) continue;
-      const Dataset& data = task.rig.cameras[c].data;
-      const Pose& camera_from_rig = task.rig.truth->camera_from_rig[c];
-      const auto at = static_cast<Index>(c);
-      std::vector<Vector3d> x;
-      std::vector<std::size_t> board;
-      for (const Observation& o : data.views[*index].observations) {
-        x.push_back(rig_from_world * points.at(o.id));
-        board.push_back(o.id.tag_id >= 100 ? 1 : 0);
-      }
-      const auto m = static_cast<Index>(x.size());
-      std::vector<Vector2d> pixels(x.size());
-      std::vector<std::uint8_t> valid(x.size());
-      RowMajorX by_camera(2 * m, 6), by_free(2 * m, k);
-      project_with_jacobians(data.truth->camera.lens, camera_from_rig, x, free,
-                             {pixels,
-                              valid,
-                              {by_camera.data(), static_cast<std::size_t>(12 * m)},
-                              {by_free.data(), static_cast<std::size_t>(2 * m * k)}});
-      MatrixXd by_pose(2 * m, 6), by_all = MatrixXd::Zero(2 * m, size);
-      for (Index i = 0; i < m; ++i) {
-        const auto p = static_cast<std::size_t>(i);
-        // The last three columns are those of the point in the camera.
-        const Eigen::Matrix<double, 2, 3> by_x =
-            by_camera.block<2, 3>(2 * i, 3) * camera_from_rig.rotation_matrix();
-        by_pose.middleRows<2>(2 * i) = by_x * point_by_pose(x[p] - rig_from_world.translation());
-        if (board[p] > 0)
-          by_all.block<2, 6>(2 * i, of_boards) =
-              by_x * rig_from_world.rotation_matrix() *
-              point_by_pose(rig_from_world.inverse() * x[p] -
-                            boards[board[p]].world_from_board.translation());
-      }
-      if (c > 0) by_all.middleCols<6>(6 * (at - 1)) = by_camera;
-      by_all.middleCols(places + k * at, k) = by_free;
+      if (!task.rig.instants[t].view[c]) continue;
+      const auto [by_pose, by_all] = rows_of(task, t, c, unknowns);
       information += by_all.transpose() * by_all;
       of_pose += by_pose.transpose() * by_pose;
       mixed += by_pose.transpose() * by_all;

@@ -4,11 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <set>
 
 #include "picture_kinds.hpp"
-#include "tagcal/camera/model.hpp"
 #include "totals.hpp"
 
 namespace tagcal {
@@ -98,13 +95,6 @@ std::string pictures_line(const Group& group) {
                             t.wrong(Wrong::focal));
 }
 
-// Ordered from the smallest to the largest.
-std::vector<std::string> model_names() {
-  std::vector<std::string> names;
-  for (const Model& model : Model::all()) names.emplace_back(model.name());
-  return names;
-}
-
 }  // namespace
 
 std::string by_defect(const std::vector<Record>& records) {
@@ -146,44 +136,6 @@ std::string by_pictures(const std::vector<Record>& records) {
     return r.pictures.empty() ? "as rendered" : r.pictures;
   };
   for (const Group& group : grouped(records, names, name_of)) text += pictures_line(group);
-  return text;
-}
-
-std::string by_views(const std::vector<Record>& records, std::string_view which) {
-  const auto name_of = [](const Record& r) -> std::string {
-    return r.views > 5 ? "6 and more" : r.views > 2 ? "3 to 5" : std::to_string(r.views);
-  };
-  return table_of(fmt::format("views, {}", which),
-                  grouped(records, {"1", "2", "3 to 5", "6 and more"}, name_of));
-}
-
-std::string by_model(const std::vector<Record>& records, std::string_view which) {
-  return table_of(fmt::format("model of the truth, {}", which),
-                  grouped(records, model_names(), [](const Record& r) { return r.model; }));
-}
-
-std::string model_confusion(const std::vector<Record>& records, std::string_view which) {
-  const std::string none = "no answer";
-  std::map<std::string, std::map<std::string, int>> counts;
-  std::set<std::string> chosen;
-  for (const Record& r : records)
-    ++counts[r.model][*chosen.insert(answered(r) ? r.answer : none).first];
-  std::vector<std::string> columns = model_names();
-  std::erase_if(columns, [&](const std::string& name) { return !chosen.contains(name); });
-  columns.push_back(none);
-  if (counts.empty()) return "";
-  std::string text = fmt::format("\n| truth \\ answer, {} |", which), rule = "|---|";
-  for (const std::string& column : columns) {
-    text += fmt::format(" {} |", column);
-    rule += "---|";
-  }
-  text += "\n" + rule + "\n";
-  for (const std::string& model : model_names()) {
-    if (!counts.contains(model)) continue;
-    text += fmt::format("| {} |", model);
-    for (const std::string& column : columns) text += fmt::format(" {} |", counts[model][column]);
-    text += "\n";
-  }
   return text;
 }
 

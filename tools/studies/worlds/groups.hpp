@@ -1,7 +1,6 @@
 #pragma once
 
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "record.hpp"
@@ -14,10 +13,5 @@ std::string by_defect(const std::vector<Record>& records);   // a world of two o
 std::string by_corners(const std::vector<Record>& records);  // what is given: covariances, outliers
 std::string by_light(const std::vector<Record>& records);    // of pixel mode
 std::string by_pictures(const std::vector<Record>& records);  // of pixel mode, corners and f
-std::string by_views(const std::vector<Record>& records, std::string_view which);
-std::string by_model(const std::vector<Record>& records, std::string_view which);
-
-// The number of worlds by the model of the truth and that of the answer.
-std::string model_confusion(const std::vector<Record>& records, std::string_view which);
 
 }  // namespace tagcal

@@ -116,22 +116,6 @@ std::string diagnosis_rows(const Totals& t) {
   return text;
 }
 
-// Tags that now have covariances, as a share of the tags that another version read.
-std::string before_rows(const Totals& t, const std::vector<Record>& before) {
-  if (before.empty()) return "";
-  std::map<WorldId, const Record*> old;
-  for (const Record& r : before) old[r] = &r;
-  double then = 0, now = 0;
-  for (const Record& r : t.records) {
-    const auto found = old.find(r);
-    if (found == old.end()) continue;
-    then += found->second->tags;
-    now += r.tags_fitted;
-  }
-  return row("tags read before", fmt::format("{:.0f}", then),
-             share(now, then, 100, "% of as many have covariances now"));
-}
-
 std::string corners_text(const Record& r) {
   if (r.mode == kCorners)
     return fmt::format("corners {:.3f} px{}{}", r.noise_px, r.covariances ? "" : ", bare",
@@ -165,30 +149,27 @@ std::string time_row(const Totals& t) {
                          seconds(&Record::calibrate_s), seconds(&Record::own_s)));
 }
 
-std::string summary_of_mode(std::string_view mode, const std::vector<Record>& records,
-                            const std::vector<Record>& before) {
-  std::vector<Record> right, wrong;
-  for (const Record& r : records) (r.defects.empty() ? right : wrong).push_back(r);
+std::string summary_of_mode(std::string_view mode, const std::vector<Record>& records) {
+  std::vector<Record> right;
+  for (const Record& r : records)
+    if (r.defects.empty()) right.push_back(r);
   const Totals t(records);
   std::string text = fmt::format("mode: {}\n\n", mode) + totals_rows(t, right);
-  if (mode == kPixels) text += corner_rows(t) + before_rows(t, before);
+  if (mode == kPixels) text += corner_rows(t);
   text += time_row(t) + by_defect(records);
-  text += mode == kCorners ? by_corners(records) : by_light(records) + by_pictures(records);
-  for (const auto& [which, part] : {std::pair("right data", &right), {"defects", &wrong}})
-    text += by_views(*part, which) + by_model(*part, which) + model_confusion(*part, which);
-  return text;
+  return text + (mode == kCorners ? by_corners(records) : by_light(records) + by_pictures(records));
 }
 
 }  // namespace
 
-std::string summary(const std::vector<Record>& records, const std::vector<Record>& before) {
+std::string summary(const std::vector<Record>& records) {
   std::string text;
   for (const std::string_view mode : {kPixels, kCorners}) {
     std::vector<Record> part;
     for (const Record& r : records)
       if (r.mode == mode) part.push_back(r);
     if (part.empty()) continue;
-    text += (text.empty() ? "" : "\n") + summary_of_mode(mode, part, before);
+    text += (text.empty() ? "" : "\n") + summary_of_mode(mode, part);
   }
   return text;
 }

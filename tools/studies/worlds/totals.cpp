@@ -1,10 +1,11 @@
 #include "totals.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <map>
 
 #include "diagnoses.hpp"
 #include "tagcal/error.hpp"
@@ -28,17 +29,12 @@ bool refused(const Record& r) {
 }  // namespace
 
 Wrong wrong_named(std::string_view name) {
-  static const std::map<std::string_view, Wrong> names = {
-      {"beyond", Wrong::beyond},      {"focal", Wrong::focal},     {"region", Wrong::region},
-      {"image", Wrong::image},        {"corners", Wrong::corners}, {"refused", Wrong::refused},
-      {"diagnosis", Wrong::diagnosis}};
-  const auto found = names.find(name);
-  if (found == names.end())
-    throw Error(
-        fmt::format("--by: must be beyond, focal, region, image, corners, refused or "
-                    "diagnosis, got {}",
-                    name));
-  return found->second;
+  constexpr std::array<std::string_view, 7> kNames = {
+      "beyond", "focal", "region", "image", "corners", "refused", "diagnosis"};  // as Wrong
+  const auto found = std::ranges::find(kNames, name);
+  if (found == kNames.end())
+    throw Error(fmt::format("--by: must be one of {}, got {}", fmt::join(kNames, ", "), name));
+  return static_cast<Wrong>(found - kNames.begin());
 }
 
 double wrongness(const Record& r, Wrong kind) {
@@ -87,15 +83,6 @@ Totals::Totals(std::vector<Record> all) : records(std::move(all)) {
 int Totals::wrong(Wrong kind) const {
   return static_cast<int>(
       std::ranges::count_if(records, [&](const Record& r) { return wrongness(r, kind) > 1; }));
-}
-
-double Totals::quantile_of(double share, std::vector<double> values) {
-  std::erase_if(values, [](double v) { return std::isnan(v); });
-  if (values.empty()) return kNone;
-  const auto last = static_cast<double>(values.size() - 1);
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(std::lround(share * last));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
 }
 
 }  // namespace tagcal

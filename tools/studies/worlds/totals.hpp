@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "record.hpp"
+#include "study/quantile.hpp"
 
 // Counts and quantiles of records.
 
@@ -51,14 +52,12 @@ struct Totals {
   double quantile(double share, const Value& value) const {
     std::vector<double> values;
     for (const Record& r : records) values.push_back(std::invoke(value, r));
-    return quantile_of(share, std::move(values));
+    std::erase_if(values, [](double v) { return std::isnan(v); });
+    return study::quantile(std::move(values), share);
   }
 
   std::vector<Record> records;
   int answers = 0;
-
- private:
-  static double quantile_of(double share, std::vector<double> values);
 };
 
 }  // namespace tagcal
