@@ -38,9 +38,9 @@ set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR}/lib)
 string(JOIN ", " CPACK_DEBIAN_PACKAGE_RECOMMENDS "libeigen3-dev (>= 3.4)" "libceres-dev (>= 2.1)"
        libapriltag-dev libyaml-cpp-dev libfmt-dev libpng-dev libjpeg-dev "libtiff-dev (>= 4.5)" libwebp-dev
        libdeflate-dev "libopencv-dev (>= 4.5)")
-# The libraries that are loaded at the first HEIC picture, and (FFmpeg's, by the versions of their
-# headers) at the first video.
-string(APPEND CPACK_DEBIAN_PACKAGE_RECOMMENDS ", libheif1")
+# The libraries that are loaded at the first HEIC picture or bag, and (FFmpeg's, by the versions of
+# their headers) at the first video.
+string(APPEND CPACK_DEBIAN_PACKAGE_RECOMMENDS ", libheif1, libbz2-1.0, liblz4-1, libzstd1, libsqlite3-0")
 foreach(library avformat swscale)
   file(GLOB headers ${FFMPEG_INCLUDE_DIR}/lib${library}/version*.h)
   foreach(header IN LISTS headers)

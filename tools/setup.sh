@@ -14,7 +14,7 @@ packages=(
   libeigen3-dev libceres-dev libapriltag-dev libopencv-dev
   libcli11-dev libfmt-dev libyaml-cpp-dev nlohmann-json3-dev libpng-dev libjpeg-dev
   libdeflate-dev libtiff-dev libwebp-dev libstb-dev libcairo2-dev libopencv-contrib-dev
-  libavformat-dev libswscale-dev libheif-dev
+  libavformat-dev libswscale-dev libheif-dev libbz2-dev liblz4-dev libzstd-dev libsqlite3-dev
   libgtest-dev librapidcheck-dev
 )
 python=(
@@ -22,7 +22,7 @@ python=(
   python3-setuptools python3-pip python3-venv mypy
 )
 peers=(
-  ffmpeg libheif-examples colmap python3-mrcal python3-camera-calibration-parsers python3-yaml
+  ffmpeg zstd sqlite3 libheif-examples colmap python3-mrcal python3-camera-calibration-parsers python3-yaml
   slurmctld slurmd slurm-client munge python3-distributed  # of tests/fleet
 )
 checks=(clang libclang-rt-dev llvm valgrind locales)

@@ -15,8 +15,8 @@
 #include "tagcal/internal/text.hpp"
 #include "tagcal/io/image_file.hpp"
 #include "tagcal/io/scene_file.hpp"
+#include "tagcal/io/sequence_file.hpp"
 #include "tagcal/io/target_file.hpp"
-#include "tagcal/io/video_file.hpp"
 
 // Files of pictures, targets and scenes.
 
@@ -126,17 +126,23 @@ void bind_picture_files(py::module_& m) {
         "(width, height) of the picture that read_image returns, from the file's header.");
   m.def("list_pictures", &pictures_of_folder, py::arg("folder"),
         "The paths of a folder's pictures, by the ends of their names, sorted by name.");
-  Record<Video>(m, "Video", "What a video says of its frames; `read_video`.")
+  Record<ImageSequence>(m, "ImageSequence",
+                        "What a video or a bag says of its frames; `read_sequence`.")
       .field(
-          "image_size", [](const Video& v) { return std::pair(v.size.width, v.size.height); },
-          "(width, height) of a frame, turned as the video says.")
-      .field("times_s", &Video::times_s, "Of each frame, from the first one on.")
-      .field("is_interlaced", &Video::is_interlaced,
+          "image_size",
+          [](const ImageSequence& s) { return std::pair(s.size.width, s.size.height); },
+          "(width, height) of a frame, turned as a video says.")
+      .field("times_s", &ImageSequence::times_s, "Of each frame, from the first one on.")
+      .field("start_s", &ImageSequence::start_s, "The Unix time of the first frame; 0: not known.")
+      .field("is_interlaced", &ImageSequence::is_interlaced,
              "Odd and even rows were taken at different times.")
-      .field("is_uneven", &Video::is_uneven, "Frames do not follow one another at equal times.");
-  m.def("read_video", &read_video, py::arg("file"), py::call_guard<py::gil_scoped_release>(),
-        "The size and the times of a video's frames (MP4, MOV, AVI, Matroska, WebM, MJPEG). Frame "
-        "123 is the picture \"clip.mp4@000123\" for all functions that take files.");
+      .field("is_uneven", &ImageSequence::is_uneven,
+             "Frames do not follow one another at equal times.")
+      .field("is_cut_off", &ImageSequence::is_cut_off, "A bag that ends within a record.");
+  m.def("read_sequence", &read_sequence, py::arg("file"), py::call_guard<py::gil_scoped_release>(),
+        "The size and the times of the frames of a video (MP4, MOV, AVI, Matroska, WebM, MJPEG) or "
+        "of a bag's topic (\"a.bag:/topic\", .mcap, .db3). Frame 123 is the picture "
+        "\"clip.mp4@000123\" for all functions that take files.");
   m.def("write_picture", &write_image, py::arg("file"), py::arg("image"),
         "Writes a picture, (height, width) or (height, width, 3) with red first, uint8 or uint16, "
         "whole or not at all, as the name ends: .png, .tif, .tiff, .jpg, .jpeg (8-bit), .pgm "

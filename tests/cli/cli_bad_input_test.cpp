@@ -60,7 +60,7 @@ TEST_F(Cli, MessagesNameTheFileOrOptionThatIsWrong) {
   fs::create_directory(root() / "bags");
   spill(root() / "bags/run.bag", "#ROSBAG V2.0\nop=3");
   for (const std::string command : {"calibrate ", "detect ", "pose --unknown-focal "})
-    expect_bad_input(command + path("bags"), {"bags/run.bag: is a ROS bag", "image_saver"});
+    expect_bad_input(command + path("bags"), {"bags/run.bag: is a ROS bag", "@000123"});
   spill(root() / "ids.yaml",
         replaced(slurp(root() / "set/target.yaml"), "first_id: 0", "first_id: 580"));
   expect_bad_input("detect --target " + path("ids.yaml") + " " + set + "/images",

@@ -156,8 +156,7 @@ TEST_F(Limits, PixelsOfSmallFiles) {
 TEST_F(Limits, BytesOfPictures) {
   const fs::path file = write("a.png", "\x89PNG");
   fs::resize_file(file, limits::kMaxPictureBytes + 1);  // sparse: takes no room
-  EXPECT_EQ(error_of([&] { read_image_size(file); }),
-            file.string() + ": is larger than 1 GiB: take single pictures out of a video or bag");
+  EXPECT_EQ(error_of([&] { read_image_size(file); }), file.string() + ": is larger than 1 GiB");
 }
 
 // The page names each constant with its value.
@@ -181,7 +180,11 @@ TEST(LimitsPage, StatesEachLimit) {
       {"kMaxValuesOfPath", limits::kMaxValuesOfPath},
       {"kMaxVignettingTerms", limits::kMaxVignettingTerms},
       {"kMaxPictureBytes", limits::kMaxPictureBytes},
-      {"kMaxVideoFrames", limits::kMaxVideoFrames},
+      {"kMaxSequenceFrames", limits::kMaxSequenceFrames},
+      {"kMaxBagTopics", limits::kMaxBagTopics},
+      {"kMaxBagChunkBytes", limits::kMaxBagChunkBytes},
+      {"kMaxBagBytesAByte", limits::kMaxBagBytesAByte},
+      {"kMaxBagBytesOfFewBytes", limits::kMaxBagBytesOfFewBytes},
       {"kMaxPixels", limits::kMaxPixels},
       {"kMaxPixelsAByte", limits::kMaxPixelsAByte},
       {"kMaxPixelsOfFewBytes", limits::kMaxPixelsOfFewBytes},

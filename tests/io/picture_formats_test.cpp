@@ -362,11 +362,10 @@ TEST_F(PictureFormats, TooLargeIsRefusedBeforeItIsAllocated) {
 
 TEST_F(PictureFormats, FormatsThatAreNotReadAreNamed) {
   EXPECT_NE(error_of_file("GIF89a...").find("is a GIF, which is not read"), std::string::npos);
-  for (const auto& [bytes, name, advice] :
-       {std::array{"0000ftypisom....", "is a video", "@000123"},
-        {"RIFF....AVI LIST", "is a video", "@000123"},
-        {"#ROSBAG V2.0\n...", "is a ROS bag", "image_saver"},
-        {"SQLite format 3.", "is a ROS 2 bag", "image_saver"}}) {
+  for (const auto& [bytes, name, advice] : {std::array{"0000ftypisom....", "is a video", "@000123"},
+                                            {"RIFF....AVI LIST", "is a video", "@000123"},
+                                            {"#ROSBAG V2.0\n...", "is a ROS bag", "@000123"},
+                                            {"SQLite format 3.", "is a ROS 2 bag", "@000123"}}) {
     const std::string error = error_of_file(bytes);
     EXPECT_NE(error.find(name), std::string::npos) << error;
     EXPECT_NE(error.find(advice), std::string::npos) << error;

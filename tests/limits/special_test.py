@@ -9,6 +9,7 @@ special_test.py --all    every pair
 import os
 import re
 import socket
+import struct
 import sys
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
@@ -95,6 +96,7 @@ OUTPUTS = {
     ("render", "--resume"): "render scene.yaml --views 1 --resume --out {file}",
     ("detect", "--out"): "detect set --no-cache --out {file}",
     ("detect", "cache"): "detect set --out {file}",
+    ("calibrate", "--keep"): "calibrate a.mcap --target target.yaml --model f --keep {file}",
     ("detect", "--draw"): "detect set --no-cache --draw {file}",
     ("calibrate", "--out"): "calibrate set --observations corners.csv --model f --out {file}",
     ("calibrate", "several"): "calibrate set set2 --model f --no-cache --out {file}",
@@ -249,6 +251,23 @@ def add_arm(shop):
     (shop / "path.txt").write_text("0 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n")
 
 
+def add_bag(shop):
+    """An MCAP file of the data set's pictures."""
+    def text(data):
+        return struct.pack("<I", len(data)) + data
+
+    def record(op, data):
+        return bytes([op]) + struct.pack("<Q", len(data)) + data
+
+    magic = b"\x89MCAP0\r\n"
+    bag = magic + record(3, struct.pack("<H", 1) + text(b"sensor_msgs/CompressedImage") + text(b"") + text(b""))
+    bag += record(4, struct.pack("<HH", 1, 1) + text(b"/camera") + text(b"ros1") + text(b""))
+    for i, picture in enumerate(sorted((shop / "set" / "images").glob("*.png"))):
+        message = struct.pack("<III", i, 1000, i) + text(b"camera") + text(b"png") + text(picture.read_bytes())
+        bag += record(5, struct.pack("<HIQQ", 1, i, i, i) + message)
+    (shop / "a.mcap").write_bytes(bag + record(2, bytes(20)) + magic)
+
+
 def main(every):
     with tempfile.TemporaryDirectory() as temporary:
         shop = trial.workshop(temporary)
@@ -256,6 +275,7 @@ def main(every):
         (shop / "set2").symlink_to("set")
         add_rig(shop)
         add_arm(shop)
+        add_bag(shop)
         shop.chmod(0o755)
         trials = [(check, kind, line) for check, lines in ((check_input, INPUTS),
                                                            (check_output, OUTPUTS),

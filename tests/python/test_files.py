@@ -311,7 +311,7 @@ def test_frames_of_a_video_are_pictures(tmp_path: Path) -> None:
     clip = tmp_path / "clip.mkv"
     subprocess.run(["ffmpeg", "-loglevel", "error", "-framerate", "10", "-i", str(tmp_path / "%d.png"),
                     "-c:v", "ffv1", "-pix_fmt", "gray", str(clip)], check=True)
-    video = tagcal.read_video(clip)
+    video = tagcal.read_sequence(clip)
     assert video.image_size == (64, 48)
     assert np.allclose(video.times_s, np.arange(6) / 10)
     for i, picture in enumerate(pictures):

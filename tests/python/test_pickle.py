@@ -122,7 +122,7 @@ def test_every_class_has_a_state(results: dict[type, object]) -> None:
     classes = {c for c in classes if isinstance(c, type)}
     assert {c.__name__ for c in classes if "__getstate__" not in vars(c)} == set(WITHOUT)
     missing = {c.__name__ for c in classes - set(results)} - set(WITHOUT)
-    assert missing <= {"NotReported", "UnfittedTag", "Video", "WeakDirection"}, missing
+    assert missing <= {"NotReported", "UnfittedTag", "ImageSequence", "WeakDirection"}, missing
 
 
 def test_what_has_no_state_says_so() -> None:

@@ -40,6 +40,7 @@ struct Arguments {
   double near_m = 0;               // 0: the corners' median
   std::string start;               // a camera's file
   std::vector<std::string> fixed;  // NAME=VALUE
+  std::string until;
   bool one_camera = false;
   bool keep_all = false;
   bool resume = false;
@@ -65,6 +66,8 @@ bool is_auto(const std::string& model) { return model.empty() || model == "auto"
 void check_usage(const Arguments& arguments, bool several) {
   if (several && !arguments.report.empty())
     throw Error("--report: shows one camera only; tagcal report shows each calibration file");
+  if (several && !arguments.job.keep.empty())
+    throw Error("--keep: is the folder for the frames of one camera only");
   if (arguments.resume && (!several || arguments.out.empty()))
     throw Error("--resume: needs several data sets or folders, and --out");
   if (!arguments.chunk.empty() && !arguments.resume)
@@ -146,7 +149,7 @@ int run_one(const Arguments& arguments) {
   check_picture(arguments.uncertainty);
   CalibrationJob job = arguments.job;
   job.input.out = arguments.out;
-  job.input.other_outputs = {arguments.uncertainty, arguments.report};
+  job.input.other_outputs = {arguments.uncertainty, arguments.report, job.keep};
   check_replaces_nothing({arguments.out, arguments.uncertainty}, {arguments.start});
   Input used;
   CalibrationAnswer answer = run_job(job, &used);
@@ -229,6 +232,7 @@ int run(const CLI::App& command, const Arguments& given) {
   Arguments arguments = given;
   CalibrateOptions& options = arguments.job.options;
   overrule(arguments, options);
+  arguments.job.until_px = goal_of(arguments.until);
   if (arguments.near_m > 0) options.distances_m = {kInfinitelyFar, arguments.near_m};
   naming_options([&] { check_options(options); });  // before any work
   const bool several = are_several_cameras(arguments);
@@ -305,6 +309,18 @@ Command add_calibrate(CLI::App& app) {
       .seldom();
   add_integer(*command, "--select", arguments->job.select, 1,
               "calibrate from the N most informative views only, and print what each adds")
+      .seldom();
+  add_option(*command, "--until", arguments->until,
+             "of a video or bag: take frames until the projection's sd at infinity is at most PX "
+             "(0.05px); default: until one adds next to nothing")
+      .text("PX")
+      .seldom();
+  add_flag(*command, "--explain", arguments->job.explains_frames,
+           "of a video or bag: print why each frame is used or not")
+      .seldom();
+  add_option(*command, "--keep", arguments->job.keep,
+             "of a video or bag: folder for the frames that are used, as PNG")
+      .text("DIR")
       .seldom();
   add_flag(*command, "--resume", arguments->resume,
            "of several cameras, with --out: calibrate only those that have no outcome there yet; "

@@ -112,7 +112,7 @@ int run(const Arguments& arguments) {
   if (!arguments.draw.empty()) drawings.emplace(arguments.draw, OutputFolder::Taken::by_any_folder);
   const std::optional<Camera> camera = known_camera(arguments.camera, input);
   detect_views(input, arguments.threads, true, camera ? &*camera : nullptr);
-  const std::string csv = observations_csv(input.dataset.views);
+  const std::string csv = observations_csv(input.dataset.views, input.times_s);
   write_table(csv, arguments.out, arguments.json);
   if (drawings) {
     draw(input, drawing_names(input, arguments.draw), *drawings);

@@ -146,8 +146,8 @@ class RectifyRun {
     if (arguments_.images.empty()) return;
     std::vector<RigCamera> cameras(2);
     for (std::size_t k = 0; k < 2; ++k) {
-      pictures_[k] =
-          new_pictures(picture_files({arguments_.images[k]}), camera(k), arguments_.camera);
+      pictures_[k] = new_pictures(picture_files({arguments_.images[k]}, frame_choice("evenly")),
+                                  camera(k), arguments_.camera);
       cameras[k].name = names_[k];
       for (const fs::path& file : pictures_[k].files)
         cameras[k].data.views.push_back({picture_name(file), {}});

@@ -29,6 +29,7 @@ Input camera_input(const RigInputArguments& arguments, std::size_t camera) {
   input.inputs = {arguments.input.inputs[camera]};
   if (!arguments.corners.empty()) input.observations = arguments.corners[camera];
   input.out = "";
+  if (input.frames.empty() || input.frames == "auto") input.frames = "evenly";  // equal in all
   Input read = read_input(input);
   for (std::size_t b = 1; b < arguments.targets.size(); ++b)
     read.dataset.boards.push_back({read_target(arguments.targets[b], {}, &read.warnings), Pose()});
@@ -45,6 +46,15 @@ void check_folders(const std::vector<std::string>& folders) {
     if (std::ranges::find(seen, path) != seen.end())
       throw Error(folder + ": is given twice: each camera needs a folder of its own");
     seen.push_back(path);
+  }
+}
+
+// The times of frames of videos or bags, if all views are such.
+void set_times(const Input& input, RigCamera& camera) {
+  for (const View& view : camera.data.views) {
+    const auto time = input.times_s.find(view.image);
+    if (time == input.times_s.end()) return camera.times_s.clear();
+    camera.times_s.push_back(time->second);
   }
 }
 
@@ -128,6 +138,7 @@ RigDataset read_rig(const RigInputArguments& arguments) {
     if (num_corners(input.dataset.views) == 0)
       throw Error(inputs[c] + ": no picture shows the board; see tagcal detect --explain");
     rig.cameras.push_back({names[c], std::move(input.dataset), {}});
+    set_times(input, rig.cameras.back());
   }
   rig.instants = paired(arguments, rig.cameras);
   return rig;
@@ -136,7 +147,7 @@ RigDataset read_rig(const RigInputArguments& arguments) {
 Option add_pair(CLI::App& command, std::string& pair, const std::string& more) {
   return add_option(command, "--pair", pair,
                     "which pictures belong together: name (equal names, but for the camera's own "
-                    "part), index, time:5ms (with the stamps of a data set)" +
+                    "part), index, time:5ms (with the stamps of a data set, videos or bags)" +
                         more + ", or a table of pictures")
       .text("name|index|time:Tms|FILE");
 }

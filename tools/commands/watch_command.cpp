@@ -44,19 +44,6 @@ struct Arguments {
   int threads = 0;
 };
 
-// "0.1px", "0.1 px" or "0.1"; 0: no goal.
-double goal_of(const std::string& text) {
-  if (text.empty()) return 0;
-  double value = 0;
-  const char* const last = text.data() + text.size();
-  const auto [end, error] = std::from_chars(text.data(), last, value);
-  const std::string_view unit = trimmed({end, last});
-  if (error != std::errc() || !(unit == "px" || unit.empty()) || !(value > 0) ||
-      !std::isfinite(value))
-    throw Error(fmt::format("--until: must be a length in pixels, such as 0.1px, got {}", text));
-  return value;
-}
-
 // Beside the folder: "FOLDER.camera.yaml" for an ending, or a file of this name.
 fs::path default_out(const fs::path& folder, const std::string& name) {
   std::error_code error;

@@ -14,7 +14,9 @@
 
 #include "tagcal/camera/model.hpp"
 #include "tagcal/detect/families.hpp"
+#include "tagcal/error.hpp"
 #include "tagcal/io/text/length_text.hpp"
+#include "tagcal/io/text_file.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -260,6 +262,18 @@ Option add_family(CLI::App& command, std::string& family, const std::string& des
 Option add_threads(CLI::App& command, int& threads) {
   return add_integer(command, "--threads", threads, 0,
                      "pictures to process in parallel; 0: one per core");
+}
+
+double goal_of(const std::string& until) {
+  if (until.empty()) return 0;
+  double value = 0;
+  const char* const last = until.data() + until.size();
+  const auto [end, error] = std::from_chars(until.data(), last, value);
+  const std::string_view unit = trimmed({end, last});
+  if (error != std::errc() || !(unit == "px" || unit.empty()) || !(value > 0) ||
+      !std::isfinite(value))
+    throw Error(fmt::format("--until: must be a length in pixels, such as 0.1px, got {}", until));
+  return value;
 }
 
 }  // namespace tagcal::tools

@@ -83,4 +83,7 @@ Option add_family(CLI::App& command, std::string& family, const std::string& des
 // --threads; 0: one per core.
 Option add_threads(CLI::App& command, int& threads);
 
+// A goal of the sd of the projection: "0.1px", "0.1 px" or "0.1"; "": 0, no goal. Throws Error.
+double goal_of(const std::string& until);
+
 }  // namespace tagcal::tools

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "job/find_corners.hpp"
+#include "job/frame_selection.hpp"
 #include "job/messages.hpp"
 #include "job/progress.hpp"
 #include "tagcal/error.hpp"
@@ -137,8 +138,10 @@ bool is_said(const Calibration& calibration, const std::string& warning) {
          });
 }
 
-Calibration calibrate_or_refuse(const Input& input, const CalibrateOptions& options) {
+Calibration calibrate_or_refuse(const CalibrationJob& job, const CalibrateOptions& options,
+                                Input& input) {
   if (auto refused = refusal_of(input)) return *std::move(refused);
+  if (input.frames) naming_options([&] { take_chosen_frames(job, options, input); });
   return naming_options([&] { return calibrate_input(input, options); });
 }
 
@@ -147,6 +150,7 @@ Calibration calibrate_or_refuse(const Input& input, const CalibrateOptions& opti
 CalibrationAnswer run_job(const CalibrationJob& job, Input* used) {
   const Stopwatch watch;
   Input input = read_input(job.input);
+  check_frame_options(job, input);
   check_truth_has_one_lens(input);
   if (job.options.start) check_image_size(job.options.start->image_size, "--start", input);
   if (input.observations.empty())
@@ -159,7 +163,8 @@ CalibrationAnswer run_job(const CalibrationJob& job, Input* used) {
   if (job.shows_progress) progress.emplace("calibrating");
   CalibrateOptions options = job.options;
   options.num_threads = static_cast<std::size_t>(job.threads);
-  answer.calibration = calibrate_or_refuse(input, options);
+  answer.calibration = calibrate_or_refuse(job, options, input);
+  answer.frames = input.frames;
   if (job.select > 0)
     answer.selection = select_and_calibrate(job, options, input, answer.calibration);
   progress.reset();

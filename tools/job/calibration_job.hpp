@@ -13,7 +13,13 @@ struct CalibrationJob {
   InputArguments input;
   CalibrateOptions options;
   bool advise = false;
-  int select = 0;               // number of views to keep; 0: all
+  int select = 0;  // number of views to keep; 0: all
+  // Of the frames of a video or bag (--frames auto): the goal of the choice, the sd of the
+  // projection at infinity (0: until a frame adds next to nothing); a line for each; a folder for
+  // those used.
+  double until_px = 0;
+  bool explains_frames = false;
+  std::string keep;
   bool refine_corners = false;  // fit them again under the first lens, and calibrate again
   int threads = 0;              // of detection and solver; 0: one per core
   bool shows_progress = true;   // on stderr
@@ -31,6 +37,7 @@ struct CalibrationAnswer {
   Calibration calibration;  // with findings about the input
   std::optional<AdvisedView> advice;
   std::optional<ViewSelection> selection;
+  std::optional<FrameTally> frames;
   double corner_error_px = 0;  // as in DetectedPicture; 0 if the corners were read
   CommandSeconds seconds;
 };

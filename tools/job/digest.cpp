@@ -10,7 +10,7 @@
 #include <optional>
 #include <system_error>
 
-#include "tagcal/io/video_file.hpp"
+#include "tagcal/io/sequence_file.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -56,11 +56,14 @@ std::string digest_of(std::string_view text) {
 
 std::string digest_of_file(const std::filesystem::path& file) {
   if (const auto frame = frame_of(file)) {
-    std::error_code unknown;
-    return fmt::format(
-        "{}-{}@{}", std::filesystem::file_size(frame->video, unknown),
-        std::filesystem::last_write_time(frame->video, unknown).time_since_epoch().count(),
-        frame->frame);
+    std::string state = frame->sequence.string();
+    for (const std::filesystem::path& part : files_of_sequence(frame->sequence)) {
+      std::error_code unknown;
+      state +=
+          fmt::format("|{}-{}", std::filesystem::file_size(part, unknown),
+                      std::filesystem::last_write_time(part, unknown).time_since_epoch().count());
+    }
+    return fmt::format("{}@{}", digest_of(state), frame->frame);
   }
   // A device may have no end, and a pipe no writer: opening does not wait for one.
   const int descriptor = ::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);

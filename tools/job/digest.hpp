@@ -10,9 +10,9 @@ namespace tagcal::tools {
 // text.
 std::string digest_of(std::string_view text);
 
-// The same of a file's bytes; "" if it cannot be read, or is no regular file. Of a frame of a video
-// (video_file.hpp) its number and the video's size and time of change: a video is too long to read
-// for each of its frames.
+// The same of a file's bytes; "" if it cannot be read, or is no regular file. Of a frame of a
+// sequence (sequence_file.hpp) its number and the name, size and time of change of the sequence's
+// files: they are too long to read for each frame.
 std::string digest_of_file(const std::filesystem::path& file);
 
 }  // namespace tagcal::tools

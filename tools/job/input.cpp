@@ -14,6 +14,7 @@
 #include "tagcal/error.hpp"
 #include "tagcal/io/dataset_file.hpp"
 #include "tagcal/io/image_file.hpp"
+#include "tagcal/io/sequence_file.hpp"
 #include "tagcal/io/target_file.hpp"
 #include "tagcal/io/text_file.hpp"
 
@@ -24,6 +25,20 @@ namespace fs = std::filesystem;
 
 const std::map<std::string, Refinement> kRefinements = {
     {"stock", Refinement::stock}, {"edges", Refinement::edges}, {"fit", Refinement::fit}};
+
+// The times of frames of videos and bags. Those of one sequence follow one another.
+void set_times(Input& input) {
+  fs::path read;
+  ImageSequence sequence;
+  for (const auto& [name, file] : input.files) {
+    const auto frame = frame_of(file);
+    if (!frame) continue;
+    if (frame->sequence != read) sequence = read_sequence(frame->sequence);
+    read = frame->sequence;
+    if (frame->frame < sequence.times_s.size())
+      input.times_s[name] = sequence.start_s + sequence.times_s[frame->frame];
+  }
+}
 
 // A picture is named by its file name, or by the given path if two pictures share a name. Throws
 // Error for a name that no file of corners can hold, before all the work.
@@ -38,6 +53,7 @@ void set_images(const std::vector<fs::path>& files, Input& input) {
     input.images.push_back({name, [file] { return read_image(file); }});
     input.files[name] = file;
   }
+  set_times(input);
 }
 
 // Makes warnings of the messages about pictures that cannot be read, or the error.
@@ -77,7 +93,7 @@ Input read_pictures(const InputArguments& arguments) {
   }
   std::vector<std::string> notes;
   std::vector<fs::path> files =
-      picture_files(arguments.inputs, frame_choice(arguments.frames), &notes);
+      picture_files(arguments.inputs, frame_choice(arguments.frames), &notes, &input.frames);
   for (const std::string& note : notes) print_note("{}\n", note);
   Exclusion exclusion(arguments.excluded);
   std::erase_if(files, [&](const fs::path& file) { return exclusion.excludes(file); });
@@ -141,6 +157,9 @@ void check_outputs(const InputArguments& arguments, const Input& input) {
   std::vector<fs::path> inputs = input.texts;
   inputs.insert(inputs.end(), arguments.inputs.begin(), arguments.inputs.end());
   for (const auto& [name, file] : input.files) inputs.push_back(file);
+  for (const std::string& argument : arguments.inputs)
+    if (is_sequence_name(argument))
+      for (const fs::path& file : files_of_sequence(argument)) inputs.push_back(file);
   check_replaces_nothing(outputs, inputs);
 }
 
@@ -182,8 +201,8 @@ void add_picture_options(CLI::App& command, InputArguments& arguments) {
       .text("NAME")
       .repeatable();
   add_option(command, "--frames", arguments.frames,
-             "of videos among the pictures (mp4, mov, avi, mkv, webm, mjpeg): auto (up to 300, "
-             "evenly), all, every:N, or a text file with their numbers")
+             "of videos and bags: auto (one for each step of the motion; calibrate takes those "
+             "that add most), evenly (300), all, every:N, or a text file with their numbers")
       .text("FRAMES")
       .seldom();
   add_flag(command, "--strict", arguments.strict,

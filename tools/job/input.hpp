@@ -2,10 +2,12 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "job/arguments.hpp"
+#include "job/picture_files.hpp"
 #include "tagcal/detect/detector.hpp"
 #include "tagcal/scene/rig.hpp"
 
@@ -21,7 +23,7 @@ struct InputArguments {
   std::string observations;           // a CSV file that replaces those of the data set
   std::string refinement;             // of corners in pictures; "": the default
   std::vector<std::string> excluded;  // names or patterns of pictures (picture_files.hpp)
-  std::string frames;                 // of videos: as frame_choice takes them
+  std::string frames;                 // of videos and bags: as frame_choice takes them
   bool strict = false;                // a picture that cannot be read ends the run
   bool takes_pictures = false;        // the command has --target, too
   bool no_cache = false;
@@ -43,7 +45,11 @@ struct Input {
   std::string observations;  // the file of the views; "": none
   std::vector<ImageSource> images;
   std::map<std::string, std::filesystem::path> files;  // of the images, by name
-  std::vector<std::filesystem::path> texts;            // all other files that were read
+  // Of frames of videos and bags, by the image's name: Unix times of bags (ImageSequence::start_s),
+  // of videos from the first frame on. Ascending with the images of one sequence.
+  std::map<std::string, double> times_s;
+  std::optional<FrameTally> frames;          // of one video or bag with --frames auto
+  std::vector<std::filesystem::path> texts;  // all other files that were read
   bool strict = false;
   std::filesystem::path cache;  // file of corners found before; "": none
   Refinement refinement = DetectOptions().refinement;

@@ -7,24 +7,28 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
+#include <cstdint>
 #include <functional>
 #include <iterator>
 #include <optional>
 #include <set>
 #include <utility>
 
+#include "job/frame_walk.hpp"
+#include "job/piped_video.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/internal/spread_indices.hpp"
 #include "tagcal/io/image_file.hpp"
+#include "tagcal/io/sequence_file.hpp"
 #include "tagcal/io/text_file.hpp"
-#include "tagcal/io/video_file.hpp"
 
 namespace tagcal::tools {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostNamed = 5;  // odd pictures in a message
+constexpr std::size_t kMostNamed = 5;      // odd pictures in a message
+constexpr std::size_t kEvenly = SIZE_MAX;  // FrameChoice::every of up to kFewestWalked frames
 
 bool is_pattern(const std::string& text) { return text.find_first_of("*?[") != std::string::npos; }
 
@@ -59,13 +63,16 @@ std::vector<fs::path> pictures_in(const fs::path& folder) {
   throw Error(fmt::format(
       "{}: {}", folder.string(),
       is_data_set ? "is a data set: name its folder of pictures, or leave out --target and --family"
-                  : "has no pictures (png, jpg, tif, bmp, webp, pgm, ppm) and no videos"));
+                  : "has no pictures (png, jpg, tif, bmp, webp, pgm, ppm), videos or bags"));
 }
 
 std::vector<fs::path> files_of(const std::string& argument) {
+  if (argument == "-") return {piped_video()};
   if (fs::is_directory(argument)) return pictures_in(argument);
   if (is_pattern(argument) && !fs::exists(argument)) return matches_of(argument);
-  if (!fs::exists(argument) && !frame_of(argument))
+  const bool is_topic =
+      is_sequence_name(argument) && fs::exists(files_of_sequence(argument).front());
+  if (!fs::exists(argument) && !frame_of(argument) && !is_topic)
     throw Error(fmt::format("{}: no such file", argument));
   return {argument};
 }
@@ -122,34 +129,41 @@ std::vector<std::size_t> chosen_frames(const fs::path& file, std::size_t num_fra
                               num_frames, choice.these.back()));
     return choice.these;
   }
-  if (choice.every == 0) return internal::spread_indices(num_frames, kMostFrames);
+  if (choice.is_auto()) return walked_frames(file, num_frames);
+  if (choice.every == kEvenly) return internal::spread_indices(num_frames, kFewestWalked);
   std::vector<std::size_t> chosen;
   for (std::size_t i = 0; i < num_frames; i += choice.every) chosen.push_back(i);
   return chosen;
 }
 
-// Videos replaced by the frames of them that are chosen.
+// Videos and bags replaced by the frames of them that are chosen.
 std::vector<fs::path> with_frames(const std::vector<fs::path>& files, const FrameChoice& choice,
-                                  std::vector<std::string>* notes) {
+                                  std::vector<std::string>* notes,
+                                  std::optional<FrameTally>* tally) {
   const bool has_pictures = std::ranges::any_of(files, is_picture_name);
   std::vector<fs::path> all;
   for (const fs::path& file : files) {
-    if (!is_video_name(file) || has_pictures) {
+    if (!is_sequence_name(file) || has_pictures) {
       all.push_back(file);
       continue;
     }
-    const Video video = read_video(file);
-    const std::vector<std::size_t> chosen = chosen_frames(file, video.times_s.size(), choice);
+    const ImageSequence sequence = read_sequence(file);
+    const std::vector<std::size_t> chosen = chosen_frames(file, sequence.times_s.size(), choice);
     for (const std::size_t i : chosen) all.push_back(frame_path(file, i));
+    if (tally && choice.is_auto() && files.size() == 1)
+      *tally = FrameTally{.all = sequence.times_s.size(), .looked_at = chosen.size()};
     if (!notes) continue;
-    if (chosen.size() < video.times_s.size())
+    if (chosen.size() < sequence.times_s.size())
       notes->push_back(fmt::format("{}: {} of {} frames are taken (--frames)", file.string(),
-                                   chosen.size(), video.times_s.size()));
-    if (video.is_interlaced)
+                                   chosen.size(), sequence.times_s.size()));
+    if (sequence.is_interlaced)
       notes->push_back(
           fmt::format("{}: is interlaced, its odd and even rows are of different "
                       "times: hold the board still, or record progressively",
                       file.string()));
+    if (sequence.is_cut_off)
+      notes->push_back(fmt::format("{}: is cut off or damaged: the frames until there are taken",
+                                   file.string()));
   }
   return all;
 }
@@ -178,6 +192,7 @@ std::vector<fs::path> files_not_read(const fs::path& folder) {
 
 FrameChoice frame_choice(const std::string& text) {
   if (text.empty() || text == "auto") return {};
+  if (text == "evenly") return {kEvenly, {}};
   if (text == "all") return {1, {}};
   constexpr std::string_view kEvery = "every:";
   if (text.starts_with(kEvery)) {
@@ -188,7 +203,8 @@ FrameChoice frame_choice(const std::string& text) {
     return {*every, {}};
   }
   if (!fs::exists(text))
-    throw Error(fmt::format("--frames: must be auto, all, every:N or a file, got {}", text));
+    throw Error(
+        fmt::format("--frames: must be auto, evenly, all, every:N or a file, got {}", text));
   FrameChoice choice;
   for_each_line(text, [&](const std::string& line, int number) {
     const auto frame = number_of_frame(line);
@@ -205,11 +221,12 @@ FrameChoice frame_choice(const std::string& text) {
 std::string picture_name(const fs::path& file) {
   const auto frame = frame_of(file);
   if (!frame) return file.filename().string();
-  return frame_path(frame->video.stem(), frame->frame).string();
+  return frame_path(sequence_name(frame->sequence), frame->frame).string();
 }
 
 std::vector<fs::path> picture_files(const std::vector<std::string>& arguments,
-                                    const FrameChoice& frames, std::vector<std::string>* notes) {
+                                    const FrameChoice& frames, std::vector<std::string>* notes,
+                                    std::optional<FrameTally>* tally) {
   std::vector<fs::path> files;
   for (const std::string& argument : arguments) {
     const bool is_list = argument.starts_with('@') && !fs::exists(argument);
@@ -217,7 +234,7 @@ std::vector<fs::path> picture_files(const std::vector<std::string>& arguments,
         is_list ? files_of_list(argument.substr(1)) : files_of(argument);
     files.insert(files.end(), more.begin(), more.end());
   }
-  files = with_frames(files, frames, notes);
+  files = with_frames(files, frames, notes, tally);
   std::set<fs::path> seen;
   for (const fs::path& file : files)
     if (!seen.insert(file.lexically_normal()).second)

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -8,34 +10,48 @@
 
 namespace tagcal::tools {
 
-// Which frames of a video are taken as pictures (frame_path).
+// Which frames of a video or bag are taken as pictures (frame_path).
 struct FrameChoice {
-  std::size_t every = 0;           // every so manyth; 0: up to kMostFrames, evenly
+  std::size_t every = 0;           // every so manyth; 0: those of frame_walk.hpp
   std::vector<std::size_t> these;  // those alone, if not empty
+  bool is_auto() const { return every == 0 && these.empty(); }
 };
-constexpr std::size_t kMostFrames = 300;  // a limit of work: a minute of detection at most
 
-// "auto", "all", "every:N" or a text file with the number of a frame in each line. Throws Error.
+// Where the frames of a video or bag went. Each counts once but in `all`.
+struct FrameTally {
+  std::size_t all = 0;
+  std::size_t looked_at = 0;  // the rest is too near to another frame
+  std::size_t with_board = 0;
+  std::size_t fast = 0;     // the board moves too far from one frame to the next
+  std::size_t no_pose = 0;  // no pose under the lens of the others
+  std::size_t nothing = 0;  // would add next to nothing
+  std::size_t used = 0;
+};
+
+// "auto", "evenly" (the same numbers in videos of one length: frames of several cameras belong
+// together), "all", "every:N" or a text file with the number of a frame in each line. Throws Error.
 FrameChoice frame_choice(const std::string& text);
 
 // The name of a picture in answers and files of corners: its file name; of a frame without the
-// ending of the video ("clip@000123").
+// ending and topic of its file ("clip@000123").
 std::string picture_name(const std::filesystem::path& file);
 
-// The picture files that arguments name, each once, in their order: a file; a video (its frames); a
-// folder (every picture in it, by name); a pattern with * ? [ ] ('photos/*.png', the files it
-// matches, by name); or
+// The picture files that arguments name, each once, in their order: a file; a video or a bag (its
+// frames); a folder (every picture in it, by name); a pattern with * ? [ ] ('photos/*.png', the
+// files it matches, by name); or
 // @LIST, a text file with one of these a line. Empty lines and lines that begin with # are skipped;
 // a path in a list is relative to the current folder or, if it is not there, to the list's.
-// Pictures are not opened, videos are. A folder without pictures stands for its videos. `notes`:
-// how many frames are taken of each video, and what it is unsuited for. Throws Error for an
+// Pictures are not opened, videos and bags are. A folder without pictures stands for those in it.
+// `notes`: how many frames are taken of each video, and what it is unsuited for. `tally`: of the
+// only video or bag, if nothing else is named and its frames are chosen. Throws Error for an
 // argument that names no file, and for a file given twice.
 std::vector<std::filesystem::path> picture_files(const std::vector<std::string>& arguments,
                                                  const FrameChoice& frames = {},
-                                                 std::vector<std::string>* notes = nullptr);
+                                                 std::vector<std::string>* notes = nullptr,
+                                                 std::optional<FrameTally>* tally = nullptr);
 
-// Files of a folder that people have beside pictures and that are not read: bags, raw files, and videos
-// beside pictures. They are opened for the message that says what to do.
+// Files of a folder that people have beside pictures and that are not read: raw files, and videos
+// and bags beside pictures. They are opened for the message that says what to do.
 std::vector<std::filesystem::path> files_not_read(const std::filesystem::path& folder);
 
 // Patterns that leave out pictures: by file name, or by the given path. Each may have * ? [ ].

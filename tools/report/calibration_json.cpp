@@ -164,6 +164,14 @@ Json selection_json(const std::optional<ViewSelection>& selection) {
   return {{"views", std::move(views)}, {"all_views_projection_px", selection->all_px}};
 }
 
+Json frames_json(const std::optional<FrameTally>& frames) {
+  if (!frames) return nullptr;
+  return {
+      {"all", frames->all},   {"looked_at", frames->looked_at}, {"with_board", frames->with_board},
+      {"fast", frames->fast}, {"no_pose", frames->no_pose},     {"add_nothing", frames->nothing},
+      {"used", frames->used}};
+}
+
 Json seconds_json(const CalibrationAnswer& answer) {
   const CalibrateSeconds& spent = answer.calibration.seconds;
   return {{"read", answer.seconds.read},    {"refine", answer.seconds.refine},
@@ -203,6 +211,7 @@ std::string calibration_json(const CalibrationAnswer& answer, const std::string&
                {"weak_directions", weak_directions_json(calibration)},
                {"advice", advice_json(answer.advice)},
                {"selection", selection_json(answer.selection)},
+               {"frames", frames_json(answer.frames)},
                {"steps", steps_json(calibration.steps)},
                {"findings", findings_json(calibration.findings)},
                {"warnings", sentences(calibration.findings)},

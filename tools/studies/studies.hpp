@@ -14,6 +14,7 @@ study::Study detect_answers_study();
 study::Study end_to_end_study();
 study::Study false_tags_study();
 study::Study focal_refusal_study();
+study::Study frames_study();
 study::Study halves_study();
 study::Study model_confusion_study();
 study::Study reproject_speed_study();

@@ -49,6 +49,13 @@ struct ViewSelection {
   double all_px = 0;                // the same standard deviation by all views
 };
 
+// Ends a selection before its count: at a standard deviation (px; 0: no goal), and before a view
+// that would reduce the variance by less than a share of it.
+struct SelectionEnd {
+  double goal_px = 0;
+  double least_gain = 0;
+};
+
 // Selects the `count` most informative views of a calibration (all of its views, if it has fewer):
 // each next one is the view after which the projection at infinity has the least variance over the
 // image, the measure of `advise`. Information is that of the corners with unknown poses, at the
@@ -56,6 +63,7 @@ struct ViewSelection {
 // millionth of the information of all views is added. Of equal views the first
 // is taken: the answer does not depend on chance. Rejected views are not selected. Empty if the
 // calibration has no covariance. `dataset`: the one that was calibrated; 1 <= count.
-ViewSelection select_views(const Dataset& dataset, const Calibration& calibration, int count);
+ViewSelection select_views(const Dataset& dataset, const Calibration& calibration, int count,
+                           const SelectionEnd& end = {});
 
 }  // namespace tagcal

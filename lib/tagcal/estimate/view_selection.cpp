@@ -82,9 +82,18 @@ std::size_t best_of(const std::vector<InformativeView>& left, const MatrixXd& be
   return best;
 }
 
+// True if a selection ends before a view that changes the standard deviation to `next_px`.
+bool ends_before(const ViewSelection& selection, double next_px, const SelectionEnd& end) {
+  if (selection.views.empty()) return false;
+  const double last_px = selection.views.back().projection_px;
+  if (!std::isfinite(last_px)) return false;
+  return last_px <= end.goal_px || 1 - std::pow(next_px / last_px, 2) < end.least_gain;
+}
+
 }  // namespace
 
-ViewSelection select_views(const Dataset& dataset, const Calibration& calibration, int count) {
+ViewSelection select_views(const Dataset& dataset, const Calibration& calibration, int count,
+                           const SelectionEnd& end) {
   assert(count >= 1);
   if (!calibration.camera || calibration.covariance.size() == 0) return {};
   const HeldModels models(calibration.fixed, Model::named(calibration.model).kind());
@@ -102,6 +111,7 @@ ViewSelection select_views(const Dataset& dataset, const Calibration& calibratio
     const std::size_t best = best_of(left, sum + kLittle * all, effect);
     sum += left[best].information;
     left[best].view.projection_px = std::sqrt(variance_of(effect, sum));
+    if (ends_before(selection, left[best].view.projection_px, end)) break;
     selection.views.push_back(std::move(left[best].view));
     left.erase(left.begin() + static_cast<std::ptrdiff_t>(best));
   }

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -30,16 +31,19 @@ DatasetFolder read_dataset(
     const std::filesystem::path& folder,
     const std::function<bool(const std::filesystem::path& picture)>& leave_out = {});
 
-// Observations as CSV: `image,tag_id,corner,x_px,y_px[,sxx_px2,sxy_px2,syy_px2]`. Views are in the
-// order in which their images first occur in the file. Throws Error, naming file, line and column:
-// a wrong header, a wrong number of fields, a value that is no finite number, a corner that is not
-// on the boards, a corner given twice in an image, a covariance that is not positive definite.
-// Also reads, by their content, mrcal's corners.vnl and OpenCV's image_points (corners_file.hpp),
-// for one board that is a checkerboard or points; remarks on them go to `notes` (may be null).
+// Observations as CSV: `image,tag_id,corner,x_px,y_px[,sxx_px2,sxy_px2,syy_px2][,time_s]`. Views
+// are in the order in which their images first occur in the file. Times are checked, and not kept.
+// Throws Error, naming file, line and column: a wrong header, a wrong number of fields, a value
+// that is no finite number, a corner that is not on the boards, a corner given twice in an image, a
+// covariance that is not positive definite. Also reads, by their content, mrcal's corners.vnl and
+// OpenCV's image_points (corners_file.hpp), for one board that is a checkerboard or points; remarks
+// on them go to `notes` (may be null).
 std::vector<View> read_observations(const std::filesystem::path& file,
                                     const std::vector<PlacedBoard>& boards,
                                     std::vector<std::string>* notes = nullptr);
-std::string observations_csv(const std::vector<View>& views);
+// `times_s`: of frames of videos and bags, by image name; empty: no such column.
+std::string observations_csv(const std::vector<View>& views,
+                             const std::map<std::string, double>& times_s = {});
 
 // The smallest model that contains the camera, or kParallelModel.
 std::string smallest_model(const Camera& camera);

@@ -9,16 +9,16 @@
 
 namespace tagcal {
 
-// All functions that read take frames of videos, too, by paths as "clip.mp4@000123"
-// (video_file.hpp); those are read in 8 bits.
+// All functions that read take frames of videos and bags, too, by paths as "clip.mp4@000123"
+// (sequence_file.hpp); those are read in 8 bits.
 
-// Reads a PNG, JPEG, TIFF (the first page), BMP, WebP, HEIC, AVIF, PGM or PPM picture (recognised by its first
-// bytes, not by its name) as 8-bit grey. Colour becomes grey by Rec. 601 luma; alpha is ignored.
-// 16-bit values are scaled so that white is the brightest value, or twice the 99.9 % quantile if
-// that is less: a lamp or a hot pixel must not make all others dark. The picture is rotated and
-// mirrored as the Exif tag Orientation of a JPEG, PNG, TIFF or WebP says, as by cv::imread; an
-// unreadable tag is ignored. Throws Error, naming the file: missing, empty, truncated, not a
-// picture, more than 100 megapixels.
+// Reads a PNG, JPEG, TIFF (the first page), BMP, WebP, HEIC, AVIF, PGM or PPM picture (recognised
+// by its first bytes, not by its name) as 8-bit grey. Colour becomes grey by Rec. 601 luma; alpha
+// is ignored. 16-bit values are scaled so that white is the brightest value, or twice the 99.9 %
+// quantile if that is less: a lamp or a hot pixel must not make all others dark. The picture is
+// rotated and mirrored as the Exif tag Orientation of a JPEG, PNG, TIFF or WebP says, as by
+// cv::imread; an unreadable tag is ignored. Throws Error, naming the file: missing, empty,
+// truncated, not a picture, more than 100 megapixels.
 Image8 read_image(const std::filesystem::path& file);
 
 // A 16-bit picture as read_image scales it, for the functions that search 8 bits.

@@ -20,6 +20,8 @@ namespace {
 constexpr std::array<std::string_view, 8> kColumns = {"image", "tag_id",  "corner",  "x_px",
                                                       "y_px",  "sxx_px2", "sxy_px2", "syy_px2"};
 
+constexpr std::string_view kTime = "time_s";
+
 std::string header(std::size_t num_columns) {
   return fmt::format("{}", fmt::join(kColumns.begin(), kColumns.begin() + num_columns, ","));
 }
@@ -77,9 +79,11 @@ class ObservationReader {
 
   void take_header(std::string_view line) {
     const std::vector<std::string_view>& fields = split(line);
-    // Tags that were found without a board have one more column, which adds nothing on a board.
+    // Frames of videos and bags have a time, which decides nothing; tags that were found without a
+    // board have one more column, which adds nothing on a board.
+    has_times_ = fields.back() == kTime;
     const bool has_instance = fields.back() == "instance";
-    const std::size_t named = fields.size() - (has_instance ? 1 : 0);
+    const std::size_t named = fields.size() - (has_instance || has_times_ ? 1 : 0);
     bool is_header = named == 5 || named == 8;
     for (std::size_t i = 0; is_header && i < named; ++i) is_header = fields[i] == kColumns[i];
     has_covariances_ = named == 8;
@@ -135,6 +139,9 @@ class ObservationReader {
     observation.id = corner_id();
     observation.pixel = {number(3), number(4)};
     if (has_covariances_) observation.covariance_px2 = covariance();
+    if (has_times_ && !field(num_columns_ - 1).empty() && !parse_number(field(num_columns_ - 1)))
+      fail(fmt::format("{}: must be a finite number, got {}", kTime,
+                       shown(field(num_columns_ - 1))));
     const std::size_t view = view_of(field(0));
     views_[view].observations.push_back(observation);
     lines_[view].push_back(line_);
@@ -175,6 +182,7 @@ class ObservationReader {
   std::size_t line_ = 0;
   std::size_t num_columns_ = 0;
   bool has_covariances_ = false;
+  bool has_times_ = false;
   CsvFields csv_;
 };
 
@@ -189,19 +197,24 @@ std::vector<View> read_observations(const std::filesystem::path& file,
   return ObservationReader(file, boards).read(text);
 }
 
-std::string observations_csv(const std::vector<View>& views) {
+std::string observations_csv(const std::vector<View>& views,
+                             const std::map<std::string, double>& times_s) {
   bool has_covariances = false;
   for (const View& view : views) {
     for (const Observation& o : view.observations) has_covariances |= o.covariance_px2.has_value();
   }
   fmt::memory_buffer out;
   const auto end = std::back_inserter(out);
-  fmt::format_to(end, "{}\n", header(has_covariances ? 8 : 5));
+  fmt::format_to(end, "{}{}\n", header(has_covariances ? 8 : 5),
+                 times_s.empty() ? "" : fmt::format(",{}", kTime));
   std::set<std::string_view> names;
   for (const View& view : views) {
     const std::string image = image_field(view.image);
     if (!names.insert(view.image).second)
       throw Error(fmt::format("image: two views have the name {}", shown(view.image)));
+    const auto time = times_s.find(view.image);
+    std::string last = times_s.empty() ? "" : ",";
+    if (time != times_s.end()) last += fmt::format("{:.6f}", time->second);
     for (const Observation& o : view.observations) {
       fmt::format_to(end, "{},{},{},{},{}", image, o.id.tag_id, o.id.corner, o.pixel.x(),
                      o.pixel.y());
@@ -211,7 +224,7 @@ std::string observations_csv(const std::vector<View>& views) {
       } else if (has_covariances) {
         fmt::format_to(end, ",,,");
       }
-      out.push_back('\n');
+      fmt::format_to(end, "{}\n", last);
     }
   }
   return fmt::to_string(out);

@@ -98,12 +98,16 @@ struct CameraFile {
   std::vector<Finding> findings = {};  // of a rig; those of a camera are in its calibration
 };
 
-// The frames of a video (video_file.hpp).
-struct Video {
-  ImageSize size;               // of a frame, turned as the video says
-  std::vector<double> times_s;  // of the frames as they are shown, from the first one on
-  bool is_interlaced = false;   // odd and even rows were taken at different times
-  bool is_uneven = false;       // frames do not follow one another at equal times
+// The frames of a video or of a bag's topic (sequence_file.hpp), in the order of their times.
+struct ImageSequence {
+  ImageSize size;               // of a frame, turned as a video says
+  std::vector<double> times_s;  // of the frames, from the first one on
+  // The Unix time of the first frame; 0: not known. Of a bag by the stamps of the pictures, or by
+  // the times of recording if a picture has none.
+  double start_s = 0;
+  bool is_interlaced = false;  // odd and even rows were taken at different times
+  bool is_uneven = false;      // frames do not follow one another at equal times
+  bool is_cut_off = false;     // the bag ends within a record: the frames until there
 };
 
 }  // namespace tagcal

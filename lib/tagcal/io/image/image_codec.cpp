@@ -23,9 +23,10 @@ struct Format {
 };
 
 constexpr const char* kTakeOut =
-    "name one of its frames, FILE@000123, whose FILE ends in .mp4, .mov, .avi, .mkv, .webm or .mjpeg";
+    "name one of its frames, FILE@000123, whose FILE ends in .mp4, .mov, .avi, .mkv, .webm or "
+    ".mjpeg";
 constexpr const char* kFromBag =
-    "take the pictures of the camera's topic out of it, as image_view's image_saver does";
+    "name one of its frames, FILE:/topic@000123, whose FILE ends in .bag, .mcap or .db3";
 
 constexpr Format kFormats[] = {
     {"\x89PNG\r\n\x1a\n"sv, 0, png_decoder},

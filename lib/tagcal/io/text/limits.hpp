@@ -36,7 +36,15 @@ inline constexpr std::size_t kMaxVignettingTerms = 10;
 inline constexpr std::uintmax_t kMaxPictureBytes = std::uintmax_t{1} << 30;
 inline constexpr std::int64_t kMaxPixels = 100'000'000;
 
-inline constexpr std::size_t kMaxVideoFrames = 1'000'000;  // nine hours at 30 Hz
+inline constexpr std::size_t kMaxSequenceFrames = 1'000'000;  // nine hours at 30 Hz
+inline constexpr std::size_t kMaxBagTopics = 100'000;         // connections, or channels
+// A chunk or a message, after decompression: a hundred megapixels of five bytes.
+inline constexpr std::uint64_t kMaxBagChunkBytes = std::uint64_t{1} << 29;
+// All compressed chunks of a bag together, for one byte of the file, from kMaxBagBytesOfFewBytes
+// on: what a hostile file costs is so proportional to its length. LZ4 makes at most 255 bytes of
+// one; pictures of a camera compress by 10 at most.
+inline constexpr std::uint64_t kMaxBagBytesAByte = 1000;
+inline constexpr std::uint64_t kMaxBagBytesOfFewBytes = std::uint64_t{1} << 28;
 
 // Pixels for one byte of a file, from kMaxPixelsOfFewBytes on. Deflate makes at most 1032 bytes of
 // one (zlib's technical note), JPEG 256 pixels (two bits for a block of 64); WebP, CCITT and

@@ -1,10 +1,9 @@
-#include "tagcal/io/image/video_reader.hpp"
+#include "tagcal/io/sequence/video_reader.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <list>
 #include <string>
 #include <vector>
 
@@ -18,7 +17,8 @@ namespace {
 
 // The kinds that are recognised by their bytes. Playlists, which name other files, are not among
 // them.
-constexpr const char* kVideoKinds = "mov,mp4,m4a,3gp,3g2,mj2,avi,matroska,webm,mjpeg,mpjpeg";
+constexpr const char* kVideoKinds =
+    "mov,mp4,m4a,3gp,3g2,mj2,avi,matroska,webm,mjpeg,mpjpeg,yuv4mpegpipe";
 
 // Turned clockwise by the matrix of a phone's recording.
 int orientation_of(const AVStream& stream) {
@@ -47,7 +47,7 @@ int orientation_of(const AVStream& stream) {
   }
 }
 
-// Times in the unit of the stream as seconds from the first one on, ascending. Packets without one
+// Times in the unit of the stream as seconds, ascending. Packets without one
 // follow the others at the stream's mean rate.
 std::vector<double> seconds_of(const std::vector<std::int64_t>& times, const AVStream& stream) {
   const double unit = av_q2d(stream.time_base);
@@ -58,26 +58,15 @@ std::vector<double> seconds_of(const std::vector<std::int64_t>& times, const AVS
     seconds.push_back(times[i] == AV_NOPTS_VALUE ? static_cast<double>(i) * period
                                                  : static_cast<double>(times[i]) * unit);
   std::ranges::sort(seconds);
-  const double first = seconds.front();
-  for (double& second : seconds) second -= first;
   return seconds;
-}
-
-// A gap between frames is another one than that of most.
-bool are_uneven(const std::vector<double>& seconds) {
-  constexpr double kShare = 0.1;  // numeric: rounding of stamps to milliseconds stays below
-  if (seconds.size() < 3) return false;
-  const double mean = seconds.back() / static_cast<double>(seconds.size() - 1);
-  for (std::size_t i = 1; i < seconds.size(); ++i)
-    if (std::abs(seconds[i] - seconds[i - 1] - mean) > kShare * mean) return true;
-  return false;
 }
 
 }  // namespace
 
-VideoReader::VideoReader(const std::filesystem::path& file) : file_(file) {
-  if (!std::filesystem::exists(file)) throw Error("no such file");
-  if (!std::filesystem::is_regular_file(file)) throw Error("is not a regular file");
+VideoReader::VideoReader(const SequenceName& name) : file_(name.file) {
+  if (!name.topic.empty()) throw Error("is a video, it has no topics");
+  if (!std::filesystem::exists(file_)) throw Error("no such file");
+  if (!std::filesystem::is_regular_file(file_)) throw Error("is not a regular file");
   open();
   survey();
   open();
@@ -93,7 +82,8 @@ void VideoReader::open() {
       av.avformat_open_input(&format, ("file:" + file_.string()).c_str(), nullptr, &options);
   av.av_dict_free(&options);
   if (error < 0)
-    throw Error("is no video (mp4, mov, avi, mkv, webm, mjpeg), or is cut off before its index");
+    throw Error(
+        "is no video (mp4, mov, avi, mkv, webm, mjpeg, y4m), or is cut off before its index");
   format_.reset(format);
   if (av.avformat_find_stream_info(format, nullptr) < 0) throw Error("is a damaged video");
   const AVCodec* decoder = nullptr;
@@ -126,19 +116,18 @@ void VideoReader::survey() {
   const AVCodecParameters& codec = *stream.codecpar;
   check_picture_size(codec.width, codec.height);
   orientation_ = orientation_of(stream);
-  video_.size = swaps_sides(orientation_) ? ImageSize{codec.height, codec.width}
+  about_.size = swaps_sides(orientation_) ? ImageSize{codec.height, codec.width}
                                           : ImageSize{codec.width, codec.height};
-  video_.is_interlaced = codec.field_order > AV_FIELD_PROGRESSIVE;
+  about_.is_interlaced = codec.field_order > AV_FIELD_PROGRESSIVE;
   std::vector<std::int64_t> times;
   while (read_packet()) {
     if ((packet_->flags & AV_PKT_FLAG_DISCARD) != 0) continue;
-    if (times.size() == limits::kMaxVideoFrames)
-      throw Error(fmt::format("has more than {} frames", limits::kMaxVideoFrames));
+    if (times.size() == limits::kMaxSequenceFrames)
+      throw Error(fmt::format("has more than {} frames", limits::kMaxSequenceFrames));
     times.push_back(packet_->pts);
   }
   if (times.empty()) throw Error("has no frames: it is cut off or encrypted");
-  video_.times_s = seconds_of(times, stream);
-  video_.is_uneven = are_uneven(video_.times_s);
+  set_times(seconds_of(times, stream));
 }
 
 // Decodes one more frame into last_. Returns false at the end.
@@ -160,17 +149,13 @@ bool VideoReader::decode_next() {
 }
 
 const AVFrame& VideoReader::decoded(std::size_t frame) {
-  if (frame >= video_.times_s.size())
-    throw Error(fmt::format("has {} frames, the last one is number {}", video_.times_s.size(),
-                            video_.times_s.size() - 1));
+  check_frame(frame);
   if (frame + last_.size() < num_decoded_) open();
   while (num_decoded_ <= frame)
     if (!decode_next()) throw Error("ends before this frame: it is cut off or damaged");
   const AVFrame& found = *last_[last_.size() - (num_decoded_ - frame)];
-  const ImageSize stored =
-      swaps_sides(orientation_) ? ImageSize{video_.size.height, video_.size.width} : video_.size;
-  if (found.width != stored.width || found.height != stored.height)
-    throw Error(fmt::format("changes its size to {}x{}", found.width, found.height));
+  check_size(frame, swaps_sides(orientation_) ? ImageSize{found.height, found.width}
+                                              : ImageSize{found.width, found.height});
   return found;
 }
 
@@ -202,29 +187,6 @@ Image8 VideoReader::grey(std::size_t frame) {
   return converted<std::uint8_t>(frame, AV_PIX_FMT_GRAY8);
 }
 
-ImageRgb VideoReader::colour(std::size_t frame) { return converted<Rgb>(frame, AV_PIX_FMT_RGB24); }
-
-std::shared_ptr<VideoReader> video_reader(const std::filesystem::path& file) {
-  struct Used {
-    std::filesystem::path file;
-    std::filesystem::file_time_type changed;
-    std::shared_ptr<VideoReader> reader;
-  };
-  constexpr std::size_t kOpen = 4;  // numeric: of several cameras at once
-  static std::mutex mutex;
-  static std::list<Used> used;  // the last one first
-  const std::lock_guard lock(mutex);
-  std::error_code unknown;
-  const auto changed = std::filesystem::last_write_time(file, unknown);
-  const auto known = std::ranges::find_if(
-      used, [&](const Used& u) { return u.file == file && u.changed == changed; });
-  if (known != used.end()) {
-    used.splice(used.begin(), used, known);
-    return known->reader;
-  }
-  used.push_front({file, changed, std::make_shared<VideoReader>(file)});
-  if (used.size() > kOpen) used.pop_back();
-  return used.front().reader;
-}
+Picture VideoReader::picture(std::size_t frame) { return converted<Rgb>(frame, AV_PIX_FMT_RGB24); }
 
 }  // namespace tagcal::internal

@@ -1,4 +1,4 @@
-#include "tagcal/io/image/ffmpeg.hpp"
+#include "tagcal/io/sequence/ffmpeg.hpp"
 
 #include <fmt/format.h>
 

@@ -1,5 +1,5 @@
 // Videos that ffmpeg wrote from pictures are read back: frames, order, rotation, times, damage.
-#include "tagcal/io/video_file.hpp"
+#include "tagcal/io/sequence_file.hpp"
 
 #include <gtest/gtest.h>
 
@@ -55,7 +55,7 @@ class VideoFile : public FileTest {
 
 TEST_F(VideoFile, ALosslessOneIsItsPictures) {
   const fs::path file = encoded("clip.mkv", "-c:v ffv1 -pix_fmt gray");
-  const Video video = read_video(file);
+  const ImageSequence video = read_sequence(file);
   EXPECT_EQ(video.size, (ImageSize{64, 48}));
   ASSERT_EQ(video.times_s.size(), frames_.size());
   for (int i = 0; i < kFrames; ++i) EXPECT_NEAR(video.times_s[i], 0.1 * i, 1e-9);
@@ -98,7 +98,7 @@ TEST_F(VideoFile, IsTurnedAsAPhoneSays) {
                          "' -c copy -metadata:s:v rotate=90 '" + turned.string() + "'")
                             .c_str()),
             0);
-  EXPECT_EQ(read_video(turned).size, (ImageSize{48, 64}));
+  EXPECT_EQ(read_sequence(turned).size, (ImageSize{48, 64}));
   const Image8 lying = read_image(frame_path(flat, 4)), upright = read_image(frame_path(turned, 4));
   ASSERT_EQ(upright.size(), (ImageSize{48, 64}));
   // As ffmpeg itself turns it: the upper right pixel comes to the upper left.
@@ -109,7 +109,7 @@ TEST_F(VideoFile, IsTurnedAsAPhoneSays) {
 TEST_F(VideoFile, OneThatIsCutOffHasTheFramesUntilThere) {
   const fs::path file = encoded("clip.avi", "-c:v ffv1 -pix_fmt gray");
   fs::resize_file(file, fs::file_size(file) / 2);
-  const Video video = read_video(file);
+  const ImageSequence video = read_sequence(file);
   EXPECT_GT(video.times_s.size(), 2U);
   EXPECT_LT(video.times_s.size(), 15U);
   EXPECT_TRUE(are_equal(read_image(frame_path(file, 2)), frames_[2]));
@@ -125,7 +125,7 @@ TEST_F(VideoFile, CutsAndDamageThrowOrGiveFrames) {
     const fs::path file = folder_ / name;
     std::ofstream(file, std::ios::binary) << damaged;
     try {
-      const std::size_t count = read_video(file).times_s.size();
+      const std::size_t count = read_sequence(file).times_s.size();
       for (std::size_t i = 0; i < count; i += 5) read_image(frame_path(file, i));
     } catch (const Error&) {
     }
@@ -141,15 +141,15 @@ TEST_F(VideoFile, CutsAndDamageThrowOrGiveFrames) {
 }
 
 TEST_F(VideoFile, ErrorsSayWhat) {
-  EXPECT_EQ(error_of([&] { read_video(folder_ / "none.mp4"); }),
+  EXPECT_EQ(error_of([&] { read_sequence(folder_ / "none.mp4"); }),
             (folder_ / "none.mp4").string() + ": no such file");
   write_png(folder_ / "picture.png", frames_[0]);
   fs::rename(folder_ / "picture.png", folder_ / "picture.mp4");
-  EXPECT_NE(error_of([&] { read_video(folder_ / "picture.mp4"); }).find("is no video"),
+  EXPECT_NE(error_of([&] { read_sequence(folder_ / "picture.mp4"); }).find("is no video"),
             std::string::npos);
   // A playlist would make the reader open other files.
   std::ofstream(folder_ / "list.mp4") << "#EXTM3U\n#EXTINF:1,\nclip.mkv\n#EXT-X-ENDLIST\n";
-  EXPECT_NE(error_of([&] { read_video(folder_ / "list.mp4"); }).find("is no video"),
+  EXPECT_NE(error_of([&] { read_sequence(folder_ / "list.mp4"); }).find("is no video"),
             std::string::npos);
   const fs::path file = encoded("clip.mkv", "-c:v ffv1 -pix_fmt gray");
   const std::string beyond = error_of([&] { read_image(frame_path(file, 20)); });
@@ -159,7 +159,7 @@ TEST_F(VideoFile, ErrorsSayWhat) {
 TEST(FramePath, IsToldFromOtherFiles) {
   const auto frame = frame_of("a/clip.MP4@000123");
   ASSERT_TRUE(frame);
-  EXPECT_EQ(frame->video, "a/clip.MP4");
+  EXPECT_EQ(frame->sequence, "a/clip.MP4");
   EXPECT_EQ(frame->frame, 123U);
   EXPECT_EQ(frame_of(frame_path("clip.mkv", 1234567))->frame, 1234567U);
   for (const char* other : {"clip.mp4", "clip.mp4@12", "clip.png@000123", "clip.mp4@00012x",

@@ -6,25 +6,19 @@
 #include <memory>
 #include <mutex>
 
-#include "tagcal/io/image/ffmpeg.hpp"
-#include "tagcal/io/types.hpp"
-#include "tagcal/scene/image.hpp"
+#include "tagcal/io/sequence/ffmpeg.hpp"
+#include "tagcal/io/sequence/frame_sequence.hpp"
 
 // Private to io.
 namespace tagcal::internal {
 
-// A video that is being read: frames in ascending order are decoded once. May be used by several
-// threads.
-class VideoReader {
+class VideoReader : public FrameSequence {
  public:
-  // Throws as read_video.
-  explicit VideoReader(const std::filesystem::path& file);
+  // Throws as read_sequence.
+  explicit VideoReader(const SequenceName& name);
 
-  const Video& video() const { return video_; }
-
-  // Throws Error: there is no such frame, the file ends before it, its size is another one.
-  Image8 grey(std::size_t frame);
-  ImageRgb colour(std::size_t frame);
+  Image8 grey(std::size_t frame) override;
+  Picture picture(std::size_t frame) override;
 
  private:
   struct Close {
@@ -45,7 +39,6 @@ class VideoReader {
   Image<T> converted(std::size_t frame, AVPixelFormat format);
 
   std::filesystem::path file_;
-  Video video_;
   int orientation_ = 1;  // as Exif's
   std::mutex mutex_;     // of all that follows
   Owned<AVFormatContext> format_;
@@ -55,8 +48,5 @@ class VideoReader {
   std::size_t num_decoded_ = 0;
   std::deque<Owned<AVFrame>> last_;  // the last ones of those: other threads may still want them
 };
-
-// The reader of a video that was read before and has not changed, or a new one.
-std::shared_ptr<VideoReader> video_reader(const std::filesystem::path& file);
 
 }  // namespace tagcal::internal

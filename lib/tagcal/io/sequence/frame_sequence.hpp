@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "tagcal/io/types.hpp"
+#include "tagcal/scene/image.hpp"
+
+// Private to io. All functions throw Error without the file's name.
+namespace tagcal::internal {
+
+// A sequence that is being read: frames in ascending order are decoded once. May be used by several
+// threads.
+class FrameSequence {
+ public:
+  virtual ~FrameSequence() = default;
+  const ImageSequence& about() const { return about_; }
+
+  // Throws Error: there is no such frame, the file ends before it, its size is another one.
+  virtual Image8 grey(std::size_t frame) = 0;
+  virtual Picture picture(std::size_t frame) = 0;
+
+ protected:
+  // `seconds`: ascending, at least one.
+  void set_times(std::vector<double> seconds);
+  // Throws Error if a frame is not there, or has another size than the first one.
+  void check_frame(std::size_t frame) const;
+  void check_size(std::size_t frame, const ImageSize& size) const;
+
+  ImageSequence about_;
+};
+
+// "FILE:/topic" as both; the topic is "" for a name without one.
+struct SequenceName {
+  std::filesystem::path file;
+  std::string topic;
+};
+SequenceName split_sequence_name(const std::filesystem::path& sequence);
+
+// The end of a name, in lower case.
+std::string ending_of(const std::filesystem::path& file);
+
+// The files of a sequence: those of a folder that are bags of ROS 2, by name.
+std::vector<std::filesystem::path> files_of(const SequenceName& name);
+
+}  // namespace tagcal::internal
