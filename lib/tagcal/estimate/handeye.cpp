@@ -190,7 +190,7 @@ class HandeyeRun {
     if (!better) return false;
     answer_.reading = better->reading;
     add(answer_.findings, better->is_shift ? code::not_synchronous : code::wrong_direction,
-        fmt::format("the robot's poses fit the pictures {:.2g} times better if {}: check the file "
+        fmt::format("the robot's poses fit the pictures {:.0f} times better if {}: check the file "
                     "and the options, nothing was changed",
                     better->reading.times_better, better->reading.change));
     return true;

@@ -88,8 +88,9 @@ void add_warnings(const HandeyeSights& sights, HandeyeEstimate& answer) {
                     sights.image_of(answer.rejected.front())));
   if (answer.degrees_of_freedom < policy::kFewRobotFreedoms)
     add(answer.findings, code::few_views,
-        fmt::format("{} poses hardly tell the robot's noise ({:.1f} degrees of freedom): the "
-                    "standard deviations are wider for it. Take ten poses or more",
+        fmt::format("{} poses hardly tell the robot's noise ({:.1f} degrees of freedom), nor poses "
+                    "that are read in a wrong way: the standard deviations are wider for it. Take "
+                    "ten poses or more",
                     answer.views.size(), answer.degrees_of_freedom));
   if (sights.problem().camera.covariance.size() == 0)
     add(answer.findings, code::lens_without_covariance,

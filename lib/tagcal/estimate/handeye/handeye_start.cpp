@@ -79,6 +79,13 @@ std::vector<std::size_t> agreeing(const HandeyeStart& start, const HandeyeScale&
   return chosen;
 }
 
+// All views agree: sampling would only take time.
+bool is_plain(const HandeyeStart& start, const HandeyeScale& scale) {
+  constexpr double kGood = 0.01;  // numeric: of the distance, wrong poses leave more
+  return median_of(start) < kGood * scale.distance_m &&
+         agreeing(start, scale).size() == start.disagreements_m.size();
+}
+
 // The better of a start and what triples give.
 HandeyeStart with_triples(HandeyeStart best, std::span<const HandeyePair> views, CameraMount mount,
                           const HandeyeScale& scale) {
@@ -105,9 +112,11 @@ std::optional<HandeyeStart> closed_form_places(std::span<const HandeyePair> view
   for (const HandeyePair& v : views)
     motions.push_back({v.camera_from_board, mount_from_holder(mount, v.base_from_hand)});
   std::optional<HandeyeStart> best;
-  if (const auto start = motion_start(motions))
-    best =
-        start_at({start->camera_from_rig.inverse(), start->world_from_board}, views, mount, scale);
+  for (const MotionStart& start : motion_starts(motions)) {
+    HandeyeStart turned =
+        start_at({start.camera_from_rig.inverse(), start.world_from_board}, views, mount, scale);
+    if (!best || turned.rms_m < best->rms_m) best = std::move(turned);
+  }
   if (const auto places = places_by_translations(views, mount)) {
     HandeyeStart unturned = start_at(*places, views, mount, scale);
     if (!best || unturned.rms_m < best->rms_m) best = std::move(unturned);
@@ -120,7 +129,7 @@ std::optional<RobustHandeyeStart> robust_places(std::span<const HandeyePair> vie
   auto best = closed_form_places(views, mount, scale);
   if (!best) return std::nullopt;
   RobustHandeyeStart result{best->places, std::vector<std::uint8_t>(views.size(), 1)};
-  if (std::ssize(views) < policy::kFewestHandeyeMedian) return result;
+  if (std::ssize(views) < policy::kFewestHandeyeMedian || is_plain(*best, scale)) return result;
   *best = with_triples(*std::move(best), views, mount, scale);
   constexpr int kRounds = 4;
   for (int i = 0; i < kRounds; ++i) {

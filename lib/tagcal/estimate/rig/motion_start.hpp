@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "tagcal/geometry/pose.hpp"
 
@@ -23,5 +24,9 @@ struct MotionStart {
   Pose camera_from_rig, world_from_board;
 };
 std::optional<MotionStart> motion_start(std::span<const MotionPair> views);
+
+// One start, or, if all rotations have nearly one axis, those that are turned about it by equal
+// steps, from which motion_start takes that of the least residuals of the translations.
+std::vector<MotionStart> motion_starts(std::span<const MotionPair> views);
 
 }  // namespace tagcal::internal
