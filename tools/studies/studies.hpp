@@ -15,6 +15,7 @@ study::Study end_to_end_study();
 study::Study false_tags_study();
 study::Study focal_refusal_study();
 study::Study halves_study();
+study::Study handeye_study();
 study::Study model_confusion_study();
 study::Study python_numbers_study();
 study::Study reproject_speed_study();
