@@ -50,14 +50,14 @@ INPUTS = {
     ("pose", "--target"): "pose --target {file} photo.png --camera camera.yaml",
     ("pose", "--observations"): "pose set --camera camera.yaml --observations {file}",
     ("pose", "--camera"): "pose set --camera {file}",
-    ("handeye", ""): "handeye {file} --camera arm.yaml --robot arm/robot.csv --mount hand",
-    ("handeye", "--target"): "handeye --target {file} photo.png --camera arm.yaml --robot arm/robot.csv "
+    ("handeye", ""): "handeye {file} --camera arm/truth.yaml --robot arm/robot.csv --mount hand",
+    ("handeye", "--target"): "handeye --target {file} photo.png --camera arm/truth.yaml --robot arm/robot.csv "
                              "--mount hand",
-    ("handeye", "--observations"): "handeye arm --camera arm.yaml --robot arm/robot.csv --mount hand "
+    ("handeye", "--observations"): "handeye arm --camera arm/truth.yaml --robot arm/robot.csv --mount hand "
                                    "--observations {file}",
     ("handeye", "--camera"): "handeye arm --camera {file} --robot arm/robot.csv --mount hand",
-    ("handeye", "--robot"): "handeye arm --camera arm.yaml --robot {file} --mount hand",
-    ("handeye", "--times"): "handeye arm --camera arm.yaml --robot path.txt --mount hand --times {file}",
+    ("handeye", "--robot"): "handeye arm --camera arm/truth.yaml --robot {file} --mount hand",
+    ("handeye", "--times"): "handeye arm --camera arm/truth.yaml --robot path.txt --mount hand --times {file}",
     ("board", ""): "board {file} --out {out}.svg",
     ("view", ""): "view {file}",
     ("view", "--camera"): "view set --camera {file}",
@@ -108,8 +108,8 @@ OUTPUTS = {
                         "--out {file}",
     ("report", "--out"): "report camera.yaml --out {file}",
     ("pose", "--draw"): "pose set --observations corners.csv --camera camera.yaml --draw {file}",
-    ("handeye", "--out"): "handeye arm --camera arm.yaml --robot arm/robot.csv --mount hand --out {file}",
-    ("handeye", "--ros"): "handeye arm --camera arm.yaml --robot arm/robot.csv --mount hand --ros {file}",
+    ("handeye", "--out"): "handeye arm --camera arm/truth.yaml --robot arm/robot.csv --mount hand --out {file}",
+    ("handeye", "--ros"): "handeye arm --camera arm/truth.yaml --robot arm/robot.csv --mount hand --ros {file}",
     ("board", "--out"): "board target.yaml --out {file}.pdf",
     ("fleet", "--out"): "fleet cams --limits limits.yaml --out {file}.csv",
     ("fleet", "page"): "fleet cams --limits limits.yaml --out {file}.html",
@@ -245,9 +245,6 @@ def add_arm(shop):
     """A camera on a robot's hand."""
     golden = Path(__file__).resolve().parents[2] / "data-synthetic" / "golden" / "desk"
     (shop / "arm").symlink_to(golden)
-    (shop / "arm.yaml").write_text(
-        "image_width: 1280\nimage_height: 800\nmodel: opencv5\nfx: 902.5\nfy: 901.3\ncx: 651.2\n"
-        "cy: 391.7\ndistortion: [-0.15, 0.05, 0.0005, -0.0003, 0]\n")
     (shop / "path.txt").write_text("0 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n")
 
 

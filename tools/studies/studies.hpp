@@ -16,6 +16,7 @@ study::Study false_tags_study();
 study::Study focal_refusal_study();
 study::Study frames_study();
 study::Study halves_study();
+study::Study handeye_study();
 study::Study model_confusion_study();
 study::Study reproject_speed_study();
 study::Study rigs_study();

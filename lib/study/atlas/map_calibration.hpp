@@ -64,5 +64,6 @@ StabilityMap wrong_views_map();
 
 std::vector<StabilityMap> calibration_maps();
 std::vector<StabilityMap> rig_maps();
+std::vector<StabilityMap> handeye_maps();
 
 }  // namespace tagcal::study

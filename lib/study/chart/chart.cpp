@@ -17,8 +17,8 @@
 namespace tagcal::study {
 namespace {
 
-constexpr std::string_view kJobNames[] = {"pose",      "focal",   "project",
-                                          "calibrate", "corners", "rig"};
+constexpr std::string_view kJobNames[] = {"pose",    "focal", "project", "calibrate",
+                                          "corners", "rig",   "handeye"};
 
 double root_mean_square(const std::vector<double>& values) {
   double sum = 0;

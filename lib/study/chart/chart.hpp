@@ -13,9 +13,9 @@
 
 namespace tagcal::study {
 
-enum class ChartJob { pose, focal, project, calibrate, corners, rig };
+enum class ChartJob { pose, focal, project, calibrate, corners, rig, handeye };
 
-// pose, focal, project, calibrate, corners, rig: in the order of ChartJob.
+// pose, focal, project, calibrate, corners, rig, handeye: in the order of ChartJob.
 std::span<const std::string_view> chart_job_names();
 std::optional<ChartJob> chart_job(std::string_view name);
 

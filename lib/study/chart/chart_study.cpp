@@ -65,6 +65,8 @@ ChartStudy study_of(ChartJob job, bool quick) {
       return corners_study();
     case ChartJob::rig:
       return rig_study(quick);
+    case ChartJob::handeye:
+      return handeye_chart(quick);
   }
   return {};
 }

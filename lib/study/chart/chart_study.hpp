@@ -58,6 +58,7 @@ ChartStudy project_study();
 ChartStudy calibrate_study(bool quick);
 ChartStudy corners_study();
 ChartStudy rig_study(bool quick);
+ChartStudy handeye_chart(bool quick);
 
 ChartResult run_study(const ChartStudy& study, const ChartOptions& options,
                       const std::function<void(int, int)>& progress);

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <opencv2/calib3d.hpp>
 #include <utility>
 
@@ -119,6 +120,7 @@ HandeyeAnswer our_answer(const HandeyeEstimate& found) {
   HandeyeAnswer answer;
   answer.said = status_name(found.status);
   answer.answered = is_answer(found.status);
+  answer.warned = std::ranges::count(found.findings, Severity::warning, &Finding::severity) > 0;
   if (found.views.empty()) return answer;
   answer.mount_from_camera = found.mount_from_camera;
   answer.covariance = found.camera_covariance;

@@ -49,6 +49,7 @@ Eigen::MatrixXd handeye_bound(const HandeyeTask& task);
 struct HandeyeAnswer {
   std::optional<Pose> mount_from_camera;
   bool answered = false;       // by its own words
+  bool warned = false;         // of data that may not be as they should
   Eigen::MatrixXd covariance;  // of (omega, tau); empty: the method states none
   std::string said = "no answer";
 };

@@ -1,0 +1,124 @@
+// Random robots with a camera: errors of tagcal handeye and of OpenCV's methods, silent wrong
+// answers, and whether the claims hold (docs/trust/how_sure.md).
+// 3 to 60 poses, axes spread by 1 to 45 degrees, robots of 0 to 3 mm and 0 to 0.5 degrees. Wrong:
+// an answer that is off by more than a tenth of the board's distance, or by 6 degrees; silently so
+// without a refusal or warning. OpenCV has neither. NEES: of the camera's place, over six.
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <cmath>
+#include <numbers>
+
+#include "studies/studies.hpp"
+#include "study/processor_time.hpp"
+#include "study/tasks/handeye_tasks.hpp"
+
+namespace tagcal {
+using namespace study;
+namespace {
+
+constexpr double kRadian = std::numbers::pi / 180;
+constexpr double kWrongShare = 0.1, kWrongRad = 0.1;
+constexpr double kChiSquare95 = 12.592;  // six degrees of freedom
+
+HandeyeKind drawn_kind(Random& random) {
+  HandeyeKind kind;
+  kind.mount = random.uniform() < 0.5 ? CameraMount::hand : CameraMount::base;
+  kind.num_poses = static_cast<int>(std::exp(random.uniform(std::log(3.0), std::log(60.999))));
+  kind.axis_spread_rad = kRadian * std::exp(random.uniform(0, std::log(45)));
+  kind.robot_sigma_m = 1e-3 * random.uniform(0, 3);
+  kind.robot_sigma_rad = kRadian * random.uniform(0, 0.5);
+  kind.sigma_px = std::exp(random.uniform(std::log(0.05), std::log(0.5)));
+  return kind;
+}
+
+std::string stratum(double value, std::initializer_list<double> bounds, const std::string& unit) {
+  double low = 0;
+  for (const double bound : bounds) {
+    if (value < bound) return fmt::format("{:g} to {:g} {}", low, bound, unit);
+    low = bound;
+  }
+  return fmt::format("from {:g} {}", low, unit);
+}
+
+std::vector<Values> measure_handeye(RobotMistake mistake, std::uint64_t seed) {
+  Random random(seed, 11);
+  HandeyeKind kind = drawn_kind(random);
+  kind.mistake = mistake;
+  if (mistake == RobotMistake::shifted) kind.num_poses = std::max(kind.num_poses, 12);
+  const HandeyeTask task = draw_handeye(kind, random);
+  const std::string poses = stratum(kind.num_poses, {5, 10, 25}, "poses");
+  const std::string spread = stratum(kind.axis_spread_rad / kRadian, {5, 15}, "deg");
+  const std::string noise = stratum(1e3 * kind.robot_sigma_m, {0.75, 1.5}, "mm");
+  std::vector<Values> rows;
+  for (const HandeyeMethod& method : handeye_methods()) {
+    const auto prepared = guarded(method.prepare(task));
+    const double us = processor_us(prepared.solve);
+    const HandeyeAnswer answer = prepared.answer().value_or(HandeyeAnswer());
+    double mm = std::nan(""), deg = mm, nees = mm, covered = mm, wrong = 0, warned = 0;
+    if (answer.mount_from_camera) {
+      const Vector6d e = minus(task.mount_from_camera, *answer.mount_from_camera);
+      mm = 1e3 * e.tail<3>().norm();
+      deg = e.head<3>().norm() / kRadian;
+      wrong = answer.answered && (e.tail<3>().norm() > kWrongShare * task.distance_m ||
+                                  e.head<3>().norm() > kWrongRad);
+      warned = wrong > 0 && answer.warned;
+      if (answer.answered && answer.covariance.size() > 0) {
+        const double square = e.dot(answer.covariance.ldlt().solve(e));
+        nees = square / 6;
+        covered = square <= kChiSquare95;
+      }
+    }
+    rows.push_back({method.name, poses, spread, noise, answer.said, mm, deg, wrong - warned, warned,
+                    nees, covered, 1e-3 * us});
+  }
+  return rows;
+}
+
+study::Task handeye_task(const std::string& name, RobotMistake mistake) {
+  return {name, [mistake](std::uint64_t seed) { return measure_handeye(mistake, seed); }};
+}
+
+std::vector<Figure> handeye_figures() {
+  return {rows_in("worlds"),
+          quantile_of("mm, median", "mm", 0.5, 3),
+          quantile_of("mm, 95 %", "mm", 0.95, 2),
+          quantile_of("deg, median", "deg", 0.5, 4),
+          quantile_of("deg, 95 %", "deg", 0.95, 3),
+          sum_of("silently wrong", "wrong"),
+          sum_of("with a warning", "warned"),
+          mean_of("NEES", "nees", 2),
+          mean_of("in 95 %", "covered", 3)};
+}
+
+Table handeye_table(const std::string& key) { return {{"task", key, "method"}, handeye_figures()}; }
+
+}  // namespace
+
+Study handeye_study() {
+  return {.name = "handeye",
+          .summary = "random robots with a camera: errors beside OpenCV's, and whether claims hold",
+          .count = 1000,
+          .columns = {"method", "poses", "spread", "noise", "answer", "mm", "deg", "wrong",
+                      "warned", "nees", "covered", "ms"},
+          .tasks =
+              [](const StudyOptions&) {
+                return std::vector<study::Task>{
+                    handeye_task("right", RobotMistake::none),
+                    handeye_task("inverse", RobotMistake::inverse),
+                    handeye_task("millimetres", RobotMistake::millimetres),
+                    handeye_task("quaternion order", RobotMistake::quaternion_order),
+                    handeye_task("next picture's", RobotMistake::shifted)};
+              },
+          .tables = {{{"task", "method"},
+                      {rows_in("worlds"), counts_of("answers", "answer"),
+                       sum_of("silently wrong", "wrong"), sum_of("with a warning", "warned"),
+                       mean_of("NEES", "nees", 2), mean_of("in 95 %", "covered", 3),
+                       mean_of("CPU ms", "ms", 1)}},
+                     handeye_table("poses"),
+                     handeye_table("spread"),
+                     handeye_table("noise")}};
+}
+
+}  // namespace tagcal
