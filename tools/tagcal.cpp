@@ -21,6 +21,8 @@ constexpr const char* kGuide =
     "  tagcal watch photos --target board.yaml --until 0.1px\n"
     "where a camera was\n"
     "  tagcal pose --camera camera.yaml --target board.yaml photo.jpg\n"
+    "if a calibration is still valid\n"
+    "  tagcal check --camera camera.yaml --target board.yaml new_photos\n"
     "find corners only\n"
     "  tagcal detect --target board.yaml photos --out corners.csv\n"
     "remove the distortion\n"
@@ -36,12 +38,12 @@ constexpr const char* kGuide =
     "tagcal --help lists all commands, tagcal help COMMAND the options of one.\n";
 
 std::vector<Command> command_table(CLI::App& app) {
-  std::vector<Command> commands = {add_render(app),   add_detect(app),    add_calibrate(app),
-                                   add_rig(app),      add_handeye(app),   add_watch(app),
-                                   add_validate(app), add_report(app),    add_pose(app),
-                                   add_board(app),    add_view(app),      add_diff(app),
-                                   add_fleet(app),    add_convert(app),   add_reproject(app),
-                                   add_project(app),  add_unproject(app), add_triangulate(app)};
+  std::vector<Command> commands = {
+      add_render(app),  add_detect(app),    add_calibrate(app),  add_rig(app),
+      add_handeye(app), add_watch(app),     add_validate(app),   add_check(app),
+      add_report(app),  add_pose(app),      add_board(app),      add_view(app),
+      add_diff(app),    add_fleet(app),     add_convert(app),    add_reproject(app),
+      add_project(app), add_unproject(app), add_triangulate(app)};
   add_study_commands(app, commands);
   commands.push_back(add_completion(app));
   return commands;

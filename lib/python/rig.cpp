@@ -13,6 +13,7 @@
 #include "python/findings.hpp"
 #include "python/geometry.hpp"
 #include "python/records.hpp"
+#include "python/rig_dataset.hpp"
 #include "python/uncertain_camera.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/calibrate_rig.hpp"
@@ -27,9 +28,7 @@
 namespace tagcal::python {
 namespace {
 
-using Names = std::optional<std::vector<std::string>>;
 using Known = std::optional<std::vector<CalibrationFile>>;
-using Times = std::optional<std::vector<std::vector<double>>>;
 
 std::vector<Instant> paired(const std::string& pair, double tolerance_s,
                             const std::vector<RigCamera>& cameras) {
@@ -50,17 +49,10 @@ RigCalibration calibrate_datasets(const std::vector<Dataset>& datasets, const st
                                   const Names& names, const std::string& pair, const Times& times_s,
                                   double tolerance_s, const Known& cameras, int reference,
                                   bool find_clocks, int threads) {
-  const std::size_t n = datasets.size();
-  check_count(names, n, "names");
-  check_count(times_s, n, "times_s");
-  check_count(cameras, n, "cameras");
+  check_count(cameras, datasets.size(), "cameras");
   if (reference < 0) throw Error("reference: must be >= 0, got " + std::to_string(reference));
   check_threads(threads);
-  RigDataset rig;
-  for (std::size_t c = 0; c < n; ++c)
-    rig.cameras.push_back({names ? (*names)[c] : "cam" + std::to_string(c), datasets[c],
-                           times_s ? (*times_s)[c] : std::vector<double>()});
-  rig.instants = paired(pair, tolerance_s, rig.cameras);
+  const RigDataset rig = rig_dataset(datasets, names, pair, times_s, tolerance_s);
   RigOptions options;
   options.calibrate.front().model = model;
   options.calibrate.front().num_threads = static_cast<std::size_t>(threads);
@@ -280,6 +272,19 @@ void define_rig_poses(py::module_& m) {
 }
 
 }  // namespace
+
+RigDataset rig_dataset(const std::vector<Dataset>& datasets, const Names& names,
+                       const std::string& pair, const Times& times_s, double tolerance_s) {
+  const std::size_t n = datasets.size();
+  check_count(names, n, "names");
+  check_count(times_s, n, "times_s");
+  RigDataset rig;
+  for (std::size_t c = 0; c < n; ++c)
+    rig.cameras.push_back({names ? (*names)[c] : "cam" + std::to_string(c), datasets[c],
+                           times_s ? (*times_s)[c] : std::vector<double>()});
+  rig.instants = paired(pair, tolerance_s, rig.cameras);
+  return rig;
+}
 
 void bind_rig(py::module_& m) {
   bind_pairs(m);

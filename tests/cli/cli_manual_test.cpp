@@ -23,10 +23,11 @@ TEST_F(Cli, TheVersionNamesTheLibraries) {
     EXPECT_NE(version.out.find(library), std::string::npos) << version.out;
 }
 
-constexpr const char* kCommands[] = {"",          "render",   "detect",    "calibrate",  "rig",
-                                     "watch",     "validate", "report",    "pose",       "board",
-                                     "view",      "diff",     "convert",   "reproject",  "project",
-                                     "unproject", "chart",    "stability", "completion", "fleet"};
+constexpr const char* kCommands[] = {
+    "",          "render",      "detect", "calibrate", "rig",       "handeye",
+    "watch",     "validate",    "check",  "report",    "pose",      "board",
+    "view",      "diff",        "fleet",  "convert",   "reproject", "project",
+    "unproject", "triangulate", "chart",  "stability", "completion"};
 
 // As wide as the terminal says, 100 columns elsewhere; the seldom options are in --help-all.
 TEST_F(Cli, HelpFitsATerminal) {

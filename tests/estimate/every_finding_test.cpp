@@ -14,6 +14,7 @@
 #include "fleet_worlds.hpp"
 #include "spoiled_worlds.hpp"
 #include "tagcal/estimate/calibrate.hpp"
+#include "tagcal/estimate/check_camera.hpp"
 #include "tagcal/estimate/pose.hpp"
 #include "tagcal/estimate/view_correspondences.hpp"
 
@@ -322,6 +323,15 @@ std::vector<Case> cases_of_fleets() {
           {"spread_unresolved", of_population(equal_units(1))}};
 }
 
+// A camera without a covariance before pictures of another one, and one of these alone.
+std::vector<Case> cases_of_checks() {
+  const Dataset seen = make_world(opencv5_lens(), 5, views(3));
+  const UncertainCamera known{nullptr, {kPlain, seen.image_size}, {}};
+  const auto of_view = contradiction_of_camera(seen.views[0], seen.boards, known);
+  return {{"camera_exact", {Status::ok, codes_of(check_camera(seen, known).findings)}},
+          {"camera_changed", {Status::ok, codes_of({of_view.value()})}}};
+}
+
 std::vector<Case> all_cases() {
   std::vector<Case> cases;
   for (const auto& some : {cases_of_data(),
@@ -329,6 +339,7 @@ std::vector<Case> all_cases() {
                            cases_of_limits(),
                            cases_of_poses(),
                            cases_of_fleets(),
+                           cases_of_checks(),
                            {{"sources_disagree", of_two_cameras()}}})
     cases.insert(cases.end(), some.begin(), some.end());
   return cases;

@@ -62,6 +62,7 @@ def results() -> dict[type, object]:
         tagcal.estimate_pose_and_focal(*(x[0] for x in dataset.to_points()), dataset.size),
         rig, tagcal.known_rig(rig),
         tagcal.estimate_rig_pose(seen_by_rig, rig_sets[0].target, tagcal.known_rig(rig)),
+        tagcal.check_camera(dataset, tagcal.Camera.pinhole(850, 850, 639.5, 399.5, camera.size)),
         tagcal.rectify(tagcal.known_rig(rig)),
         tagcal.vertical_disparity(
             tagcal.known_rig(rig), tagcal.rectify(tagcal.known_rig(rig)), *rig_pixels),

@@ -20,6 +20,7 @@
 #include "job/progress.hpp"
 #include "report/pose_report.hpp"
 #include "tagcal/error.hpp"
+#include "tagcal/estimate/check_camera.hpp"
 #include "tagcal/estimate/findings.hpp"
 #include "tagcal/estimate/view_correspondences.hpp"
 #include "tagcal/internal/parallel.hpp"
@@ -73,6 +74,8 @@ void check_usage(const Arguments& arguments) {
 struct KnownCamera {
   std::optional<Camera> camera;           // none: the focal length is estimated
   std::optional<double> camera_error_px;  // if known
+  // With its covariance, which the residuals may contradict; none if it has no covariance.
+  std::optional<UncertainCamera> claim;
 };
 
 KnownCamera known_camera(const Arguments& arguments, const Input& input) {
@@ -80,7 +83,8 @@ KnownCamera known_camera(const Arguments& arguments, const Input& input) {
   if (!arguments.camera.empty()) {
     const CalibrationFile file = read_camera(arguments.camera);
     check_image_size(file.camera.image_size, arguments.camera, input);
-    known = {file.camera, file.camera_error_px};
+    known = {file.camera, file.camera_error_px, uncertain_camera(file)};
+    if (!known.claim->model) known.claim.reset();
   }
   if (arguments.camera_error_px > 0) known.camera_error_px = arguments.camera_error_px;
   return known;
@@ -177,6 +181,7 @@ class Poses {
         input_(input),
         camera_(known.camera),
         camera_error_px_(known.camera_error_px),
+        claim_(known.claim),
         points_(points_in_target(input.dataset.boards)) {}
 
   std::vector<PoseReport> run(const OutputFolder* folder) const {
@@ -190,6 +195,9 @@ class Poses {
       reports[i] =
           estimate(problem, options_for(problem, arguments_), camera_, input_.dataset.image_size);
       reports[i].image = views[i].image;
+      if (claim_)
+        if (auto finding = contradiction_of_camera(views[i], input_.dataset.boards, *claim_))
+          reports[i].findings.push_back(*std::move(finding));
       if (folder && is_answer(reports[i].status))
         write_png(folder->path() / names[i], drawn(views[i], problem, reports[i]));
     };
@@ -224,6 +232,7 @@ class Poses {
   const Input& input_;
   std::optional<Camera> camera_;
   std::optional<double> camera_error_px_;
+  std::optional<UncertainCamera> claim_;
   TargetPoints points_;
 };
 

@@ -1,0 +1,268 @@
+// Is a calibration still valid: false alarms, power, what changed, and rigs.
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "finding_cases.hpp"
+#include "rig_worlds.hpp"
+#include "tagcal/error.hpp"
+#include "tagcal/estimate/calibrate.hpp"
+#include "tagcal/estimate/calibrate_rig.hpp"
+#include "tagcal/estimate/check_camera.hpp"
+#include "tagcal/estimate/view_correspondences.hpp"
+
+namespace tagcal {
+namespace {
+
+const Model& kModel = Model::named("opencv5");
+
+// What a calibration of the usual camera knows of it.
+const MatrixX& usual_covariance() {
+  static const MatrixX covariance = [] {
+    CalibrateOptions options;
+    options.model = "opencv5";
+    return calibrate(make_world(opencv5_lens(), 1), options).claim->covariance;
+  }();
+  return covariance;
+}
+
+// A calibration of a true camera, with errors as its covariance says.
+UncertainCamera calibrated(const Lens& truth, Random& random) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen{Eigen::MatrixXd(usual_covariance())};
+  Eigen::VectorXd error(kModel.num_free());
+  for (Eigen::Index i = 0; i < error.size(); ++i)
+    error[i] = std::sqrt(std::max(0.0, eigen.eigenvalues()[i])) * random.normal();
+  error = eigen.eigenvectors() * error;
+  std::vector<double> values = kModel.free_values(truth);
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] += error[static_cast<Eigen::Index>(i)];
+  return {&kModel, {*kModel.lens(values, {1280, 800}), {1280, 800}}, usual_covariance()};
+}
+
+WorldOptions pictures(int count) {
+  WorldOptions options;
+  options.num_views = count;
+  return options;
+}
+
+Lens with(double focal_share, double centre_px, double k1 = 0) {
+  auto p = std::get<Perspective>(opencv5_lens()).parameters();
+  p[0] *= 1 + focal_share;
+  p[1] *= 1 + focal_share;
+  p[2] += centre_px;
+  p[4] += k1;
+  return Perspective(p);
+}
+
+TEST(CheckCamera, RaisesNoMoreFalseAlarmsThanItStates) {
+  const int num_worlds = 2000;
+  for (const int num_views : {2, 5, 15}) {
+    int alarms = 0, valid = 0;
+    double sum = 0, squares = 0;
+    for (int i = 0; i < num_worlds; ++i) {
+      const auto seed = static_cast<std::uint64_t>(1000 + i);
+      Random random(seed);
+      const UncertainCamera known = calibrated(opencv5_lens(), random);
+      const CameraCheck check =
+          check_camera(make_world(opencv5_lens(), seed, pictures(num_views)), known);
+      alarms += check.verdict == CheckVerdict::changed;
+      valid += check.verdict == CheckVerdict::valid;
+      sum += check.in_sigmas;
+      squares += check.in_sigmas * check.in_sigmas;
+    }
+    std::printf("%d views: %d false alarms, %d valid of %d, score %.2f +- %.2f\n", num_views,
+                alarms, valid, num_worlds, sum / num_worlds,
+                std::sqrt(squares / num_worlds - sum * sum / num_worlds / num_worlds));
+    EXPECT_LE(alarms, 0.012 * num_worlds) << num_views;
+  }
+}
+
+// The smallest change of a kind that the pictures of a world say they would show.
+double smallest(const CameraCheck& check, ChangeKind kind) {
+  const auto found = std::ranges::find(check.detectable, kind, &DetectableChange::kind);
+  return found == check.detectable.end() ? 0 : found->size;
+}
+
+TEST(CheckCamera, FindsTwiceTheChangeThatItStates) {
+  const int num_worlds = 300;
+  int found_focal = 0, found_centre = 0, lean = 0, once = 0;
+  double focal_px = 0, most_px = 0;
+  for (int i = 0; i < num_worlds; ++i) {
+    const auto seed = static_cast<std::uint64_t>(7000 + i);
+    Random random(seed);
+    const UncertainCamera known = calibrated(opencv5_lens(), random);
+    const CameraCheck still = check_camera(make_world(opencv5_lens(), seed, pictures(5)), known);
+    const double by_focal = smallest(still, ChangeKind::focal_length) / 900;
+    const double by_centre = smallest(still, ChangeKind::principal_point);
+    focal_px += 900 * by_focal / num_worlds;
+    most_px = std::max(most_px, still.smallest_px);
+    const auto now = [&](const Lens& lens) {
+      return check_camera(make_world(lens, seed, pictures(5)), known);
+    };
+    const CameraCheck focal = now(with(2 * by_focal, 0)), centre = now(with(0, 2 * by_centre));
+    found_focal += focal.verdict == CheckVerdict::changed;
+    found_centre += centre.verdict == CheckVerdict::changed;
+    once += now(with(by_focal, 0)).verdict == CheckVerdict::changed;
+    lean += focal.change && focal.change->kind == ChangeKind::focal_length;
+    lean += centre.change && centre.change->kind == ChangeKind::principal_point;
+  }
+  std::printf(
+      "of %d: focal %d, centre %d, leanest kind %d of %d; at the stated change %d; f by "
+      "%.2f px, any change by %.2f px at most\n",
+      num_worlds, found_focal, found_centre, lean, 2 * num_worlds, once, focal_px, most_px);
+  EXPECT_GE(found_focal, 0.99 * num_worlds);
+  EXPECT_GE(found_centre, 0.99 * num_worlds);
+  EXPECT_GE(once, 0.9 * num_worlds);
+  EXPECT_GE(lean, 1.8 * num_worlds);
+}
+
+TEST(CheckCamera, SaysHowMuchChanged) {
+  Random random(3);
+  const UncertainCamera known = calibrated(opencv5_lens(), random);
+  const CameraCheck check = check_camera(make_world(with(0.02, 0), 5, pictures(6)), known);
+  ASSERT_EQ(check.verdict, CheckVerdict::changed);
+  ASSERT_TRUE(check.change);
+  EXPECT_EQ(check.change->kind, ChangeKind::focal_length);
+  ASSERT_EQ(check.change->parameters.size(), 2u);
+  for (const ParameterChange& p : check.change->parameters) {
+    EXPECT_NEAR(p.change, 18, 5 * p.sigma) << p.name;
+    EXPECT_LT(p.sigma, 2);
+  }
+  EXPECT_GT(check.change->max_px, 5);
+  const CameraCheck lens = check_camera(make_world(with(0, 0, 0.03), 5, pictures(6)), known);
+  ASSERT_TRUE(lens.change);
+  EXPECT_EQ(lens.change->kind, ChangeKind::lens);
+}
+
+// Larger noise than any file says is no change, and neither is a part of wrong corners; a lens
+// that changed by much does not make its own corners outliers.
+TEST(CheckCamera, TakesTheNoiseFromThePictures) {
+  Random random(4);
+  const UncertainCamera known = calibrated(opencv5_lens(), random);
+  WorldOptions noisy = pictures(10);
+  noisy.sigma_px = 1;
+  noisy.outlier_share = 0.03;
+  const CameraCheck still = check_camera(make_world(opencv5_lens(), 11, noisy), known);
+  EXPECT_NE(still.verdict, CheckVerdict::changed) << still.in_sigmas;
+  EXPECT_NEAR(still.cameras[0].sigma_px, 1, 0.05);
+  const CameraCheck changed = check_camera(make_world(with(0.2, 60, 0.1), 11, noisy), known);
+  EXPECT_EQ(changed.verdict, CheckVerdict::changed);
+  EXPECT_NEAR(changed.cameras[0].sigma_px, 1, 0.05);
+}
+
+TEST(CheckCamera, CannotTellFromPicturesThatShowLittle) {
+  Random random(5);
+  const UncertainCamera known = calibrated(opencv5_lens(), random);
+  WorldOptions frontal = pictures(3);
+  frontal.max_tilt_deg = 0.5;
+  const CameraCheck flat = check_camera(make_world(opencv5_lens(), 12, frontal), known);
+  EXPECT_EQ(flat.verdict, CheckVerdict::cannot_tell) << flat.smallest_px;
+  const CameraCheck one = check_camera(make_world(with(0.1, 0), 12, pictures(1)), known);
+  EXPECT_EQ(one.verdict, CheckVerdict::cannot_tell);
+  EXPECT_TRUE(codes_of(one.findings).contains("few_views"));
+  Dataset repeated = make_world(with(0.1, 0), 12, pictures(1));
+  repeated.views.push_back(repeated.views.front());
+  const CameraCheck twice = check_camera(repeated, known);
+  EXPECT_EQ(twice.verdict, CheckVerdict::cannot_tell);
+  EXPECT_TRUE(codes_of(twice.findings).contains("view_repeated"));
+  const CameraCheck none = check_camera(make_world(opencv5_lens(), 12, pictures(0)), known);
+  EXPECT_EQ(none.verdict, CheckVerdict::cannot_tell);
+  EXPECT_TRUE(codes_of(none.findings).contains("target_unseen"));
+}
+
+TEST(CheckCamera, TakesACameraWithoutCovarianceAsExact) {
+  const UncertainCamera known{nullptr, {opencv5_lens(), {1280, 800}}, {}};
+  CheckOptions options;
+  options.limit_px = 2;
+  const CameraCheck check =
+      check_camera(make_world(opencv5_lens(), 13, pictures(8)), known, options);
+  EXPECT_EQ(check.verdict, CheckVerdict::valid) << check.in_sigmas << " " << check.smallest_px;
+  EXPECT_TRUE(codes_of(check.findings).contains("camera_exact"));
+}
+
+TEST(CheckCamera, RefusesWhatDoesNotFit) {
+  const UncertainCamera known{nullptr, {opencv5_lens(), {1280, 720}}, {}};
+  EXPECT_THROW(check_camera(make_world(opencv5_lens(), 13, pictures(2)), known), Error);
+  const UncertainCamera right{nullptr, {opencv5_lens(), {1280, 800}}, {}};
+  for (const double limit : {0.0, -1.0, std::nan("")}) {
+    CheckOptions options;
+    options.limit_px = limit;
+    EXPECT_THROW(check_camera(make_world(opencv5_lens(), 13, pictures(2)), right, options), Error);
+  }
+}
+
+TEST(CheckCamera, OnePictureBesideItsPose) {
+  Random random(6);
+  const UncertainCamera known = calibrated(opencv5_lens(), random);
+  const Dataset still = make_world(opencv5_lens(), 14, pictures(20));
+  for (const View& view : still.views)
+    EXPECT_FALSE(contradiction_of_camera(view, still.boards, known)) << view.image;
+  const Dataset changed = make_world(with(0, 0, 0.1), 14, pictures(20));
+  int found = 0;
+  for (const View& view : changed.views) {
+    const auto finding = contradiction_of_camera(view, changed.boards, known);
+    found += finding && finding->code == "camera_changed";
+  }
+  EXPECT_GE(found, 18);
+}
+
+// A rig of known places and lenses, before the board again.
+struct CheckedRig {
+  KnownRig known;
+  RigDataset now;
+};
+
+CheckedRig checked_rig(std::uint64_t seed, int num_cameras, int num_instants) {
+  RigWorldOptions options;
+  options.num_cameras = num_cameras;
+  options.fisheyes = false;
+  CheckedRig rig{known_rig(calibrate_rig(make_rig_world(seed, options))), {}};
+  options.num_instants = num_instants;
+  rig.now = make_rig_world(seed, options);
+  return rig;
+}
+
+// The corners of one camera by another place of it.
+void move_camera(RigDataset& rig, std::size_t c, const Vector6d& step, std::uint64_t seed) {
+  Random random(seed);
+  const auto points = points_in_world(rig.cameras[c].data.boards);
+  const Lens& lens = rig.cameras[c].data.truth->camera.lens;
+  for (View& view : rig.cameras[c].data.views) {
+    ViewCorrespondences seen = view_correspondences(view, rig.cameras[c].data.boards);
+    const PoseEstimate pose = estimate_pose(seen, {lens, {1280, 800}});
+    const Pose moved = retract(Pose(), step) * pose.camera_from_target();
+    std::erase_if(view.observations, [&](Observation& o) {
+      const auto pixel = project(lens, moved * points.at(o.id));
+      if (pixel) o.pixel = *pixel + 0.2 * Eigen::Vector2d(random.normal(), random.normal());
+      return !pixel || !contains({1280, 800}, *pixel);
+    });
+  }
+}
+
+TEST(CheckRig, TellsWhichCameraMoved) {
+  const int num_rigs = 40;
+  int alarms = 0, found = 0, right = 0;
+  for (int i = 0; i < num_rigs; ++i) {
+    CheckedRig rig = checked_rig(static_cast<std::uint64_t>(500 + i), 2 + i % 2, 8);
+    const CameraCheck still = check_rig(rig.now, rig.known);
+    alarms += still.verdict == CheckVerdict::changed;
+    Vector6d step = Vector6d::Zero();
+    step << 0.003, -0.002, 0.001, 0.001, 0, 0;
+    const std::size_t moved = i % 2 == 0 ? 1 : 2;
+    move_camera(rig.now, moved, step, static_cast<std::uint64_t>(i));
+    const CameraCheck check = check_rig(rig.now, rig.known);
+    found += check.verdict == CheckVerdict::changed;
+    right +=
+        check.change && check.change->camera == moved && check.change->kind == ChangeKind::place;
+  }
+  std::printf("rigs: %d false alarms, %d moves found, %d told right of %d\n", alarms, found, right,
+              num_rigs);
+  EXPECT_LE(alarms, 2);
+  EXPECT_EQ(found, num_rigs);
+  EXPECT_GE(right, 0.9 * num_rigs);
+}
+
+}  // namespace
+}  // namespace tagcal

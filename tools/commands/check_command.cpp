@@ -1,0 +1,100 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <ranges>
+
+#include "commands/commands.hpp"
+#include "commands/rig_poses.hpp"
+#include "job/arguments.hpp"
+#include "job/camera_input.hpp"
+#include "job/find_corners.hpp"
+#include "job/messages.hpp"
+#include "job/plain_text.hpp"
+#include "report/check_report.hpp"
+#include "tagcal/error.hpp"
+#include "tagcal/io/camera_file.hpp"
+
+namespace tagcal::tools {
+namespace {
+
+struct CheckArguments {
+  InputArguments input;
+  std::string camera;
+  std::string pair = "name";
+  CheckOptions options;
+  int threads = 0;
+  bool json = false;
+};
+
+// True for a file with several cameras, of which none is named.
+bool is_rig(const std::string& file_and_name) {
+  std::error_code error;
+  return std::filesystem::exists(file_and_name, error) &&
+         read_camera_file(file_and_name).cameras.size() > 1;
+}
+
+CameraCheck check_of_rig(const CheckArguments& arguments) {
+  RigInputArguments rig;
+  rig.input = arguments.input;
+  for (const auto part : std::views::split(arguments.input.observations, ','))
+    rig.corners.emplace_back(part.begin(), part.end());
+  if (!arguments.input.target.empty()) rig.targets = {arguments.input.target};
+  rig.pair = arguments.pair;
+  rig.threads = arguments.threads;
+  const RigDataset data = read_rig(rig);
+  const KnownRig known = rig_of(data, read_camera_file(arguments.camera), arguments.camera);
+  return naming(arguments.camera, [&] { return check_rig(data, known, arguments.options); });
+}
+
+CameraCheck check_of_camera(const CheckArguments& arguments) {
+  if (arguments.pair != "name") throw Error("--pair: needs the file of a rig");
+  Input input = read_input(arguments.input);
+  const CalibrationFile file = read_camera(arguments.camera);
+  check_image_size(file.camera.image_size, arguments.camera, input);
+  find_views(input, arguments.threads, true, &file.camera);
+  print_warnings(input.warnings);
+  return naming(arguments.camera, [&] {
+    return check_camera(input.dataset, uncertain_camera(file), arguments.options);
+  });
+}
+
+int run(const CheckArguments& arguments) {
+  const CameraCheck check =
+      is_rig(arguments.camera) ? check_of_rig(arguments) : check_of_camera(arguments);
+  print_answer(arguments.json ? json_text(check_json(check))
+                              : check_text(check, arguments.camera, arguments.options.limit_px),
+               arguments.json);
+  if (check.verdict == CheckVerdict::cannot_tell) return kNoAnswer;
+  return check.verdict == CheckVerdict::valid ? kAnswer : kCheckFailed;
+}
+
+}  // namespace
+
+Command add_check(CLI::App& app) {
+  CLI::App* command = add_command(
+      app, "check", "if a calibration is still valid: new pictures against a camera or a rig");
+  const auto arguments = std::make_shared<CheckArguments>();
+  add_input(*command, arguments->input);
+  add_observations(*command, arguments->input);
+  add_option(
+      *command, "--camera", arguments->camera,
+      "the camera's file, of any format (tagcal convert), or a rig's: then a folder a camera")
+      .text("CAMERA")
+      .required();
+  add_pair(*command, arguments->pair).seldom();
+  add_positive(*command, "--limit", arguments->options.limit_px,
+               "the change that matters, px in the image (1): valid only if a smaller one would "
+               "have shown");
+  add_flag(*command, "--json", arguments->json, "one JSON object on stdout");
+  add_threads(*command, arguments->threads);
+  add_footer(*command,
+             "Exit code: 0 valid, 1 changed, 3 cannot tell\n"
+             "Example: tagcal check --target board.yaml new_photos --camera camera.yaml\n"
+             "         tagcal check today --camera camera.yaml --limit 0.3\n"
+             "         tagcal check --target board.yaml left right --camera rig.yaml");
+  return {command, [arguments] { return run(*arguments); }};
+}
+
+}  // namespace tagcal::tools
