@@ -147,7 +147,7 @@ RigDataset read_rig(const RigInputArguments& arguments) {
 Option add_pair(CLI::App& command, std::string& pair, const std::string& more) {
   return add_option(command, "--pair", pair,
                     "which pictures belong together: name (equal names, but for the camera's own "
-                    "part), index, time:5ms (with the stamps of a data set, videos or bags)" +
+                    "part), index, time:5ms (by stamps of data sets or videos)" +
                         more + ", or a table of pictures")
       .text("name|index|time:Tms|FILE");
 }
