@@ -1,13 +1,9 @@
 #include "commands/calibrate_many.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <exception>
@@ -15,7 +11,6 @@
 #include <new>
 #include <optional>
 #include <string>
-#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -42,19 +37,6 @@ namespace fs = std::filesystem;
 using Outcome = ManyOutcome;
 using Row = ManyOutcome::Row;
 constexpr std::size_t kNumColumns = ManyOutcome::kNumColumns;
-
-// What else a user may have meant.
-constexpr const char* kOneCamera =
-    " (with --target and --one-camera all pictures are one camera's)";
-
-bool has_camera_name(const fs::path& file) {
-  const std::string ending = file.extension().string();
-  return ending == ".yaml" || ending == ".yml" || ending == ".json";
-}
-
-std::string without_ending(fs::path file) {
-  return has_camera_name(file) ? file.replace_extension().string() : "cameras";
-}
 
 struct DataSet {
   std::string folder;
@@ -89,42 +71,6 @@ std::vector<DataSet> chunk_of(std::vector<DataSet> sets, const Chunk& chunk) {
              sets.size());
   return some;
 }
-
-// The folder for the answers. It is removed again if it was created here and stays empty.
-class AnswerFolder {
- public:
-  // `shared`: with other processes that share it; each data set has a lock then.
-  AnswerFolder(fs::path folder, bool shared) : folder_(std::move(folder)) {
-    if (folder_.empty()) return;
-    const bool is_folder = fs::is_directory(folder_);
-    if (!is_folder && (fs::exists(folder_) || has_camera_name(folder_)))
-      throw Error(
-          fmt::format("--out: {} must be a folder, because each folder of the call is a "
-                      "camera with a file of its own: --out {}{}",
-                      folder_.string(), without_ending(folder_), kOneCamera));
-    std::error_code why;
-    is_new_ = fs::create_directories(folder_, why);
-    if (why) throw Error(fmt::format("{}: cannot be written: {}", folder_.string(), why.message()));
-    lock_ = ::open(folder_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (::flock(lock_, (shared ? LOCK_SH : LOCK_EX) | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
-      ::close(lock_);
-      throw Error(fmt::format("{}: another process is writing it{}", folder_.string(),
-                              shared ? "" : " (with --resume both can)"));
-    }
-  }
-  ~AnswerFolder() {
-    if (lock_ >= 0) ::close(lock_);
-    std::error_code not_empty;
-    if (is_new_) fs::remove(folder_, not_empty);
-  }
-  AnswerFolder(const AnswerFolder&) = delete;
-  AnswerFolder& operator=(const AnswerFolder&) = delete;
-
- private:
-  fs::path folder_;
-  bool is_new_ = false;
-  int lock_ = -1;  // file systems without locks have none
-};
 
 std::string fixed(double value, int digits) {
   return std::isfinite(value) ? fmt::format("{:.{}f}", value, digits) : "-";

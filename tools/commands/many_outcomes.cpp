@@ -2,11 +2,14 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <system_error>
+#include <utility>
 
 #include "tagcal/error.hpp"
 #include "tagcal/io/text_file.hpp"
@@ -26,7 +29,45 @@ std::string without_seconds(const std::string& answer) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
+// What else a user may have meant.
+constexpr const char* kOneCamera =
+    " (with --target and --one-camera all pictures are one camera's)";
+
+bool has_camera_name(const fs::path& file) {
+  const std::string ending = file.extension().string();
+  return ending == ".yaml" || ending == ".yml" || ending == ".json";
+}
+
+std::string without_ending(fs::path file) {
+  return has_camera_name(file) ? file.replace_extension().string() : "cameras";
+}
+
 }  // namespace
+
+AnswerFolder::AnswerFolder(fs::path folder, bool shared) : folder_(std::move(folder)) {
+  if (folder_.empty()) return;
+  const bool is_folder = fs::is_directory(folder_);
+  if (!is_folder && (fs::exists(folder_) || has_camera_name(folder_)))
+    throw Error(
+        fmt::format("--out: {} must be a folder, because each folder of the call is a "
+                    "camera with a file of its own: --out {}{}",
+                    folder_.string(), without_ending(folder_), kOneCamera));
+  std::error_code why;
+  is_new_ = fs::create_directories(folder_, why);
+  if (why) throw Error(fmt::format("{}: cannot be written: {}", folder_.string(), why.message()));
+  lock_ = ::open(folder_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (::flock(lock_, (shared ? LOCK_SH : LOCK_EX) | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+    ::close(lock_);
+    throw Error(fmt::format("{}: another process is writing it{}", folder_.string(),
+                            shared ? "" : " (with --resume both can)"));
+  }
+}
+
+AnswerFolder::~AnswerFolder() {
+  if (lock_ >= 0) ::close(lock_);
+  std::error_code not_empty;
+  if (is_new_) fs::remove(folder_, not_empty);
+}
 
 // One byte of one file stands for each name; two names with the same one only wait for each other.
 SetLock::SetLock(const fs::path& folder, const std::string& name)

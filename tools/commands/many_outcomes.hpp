@@ -25,6 +25,22 @@ struct ManyOutcome {
   std::string yaml;  // the calibration, until it is written
 };
 
+// The folder for the answers. It is removed again if it was created here and stays empty.
+class AnswerFolder {
+ public:
+  // "": none. `shared`: with other processes that share it; each data set has a lock then. Throws
+  // Error if it cannot be written, or another process writes it.
+  AnswerFolder(std::filesystem::path folder, bool shared);
+  ~AnswerFolder();
+  AnswerFolder(const AnswerFolder&) = delete;
+  AnswerFolder& operator=(const AnswerFolder&) = delete;
+
+ private:
+  std::filesystem::path folder_;
+  bool is_new_ = false;
+  int lock_ = -1;  // file systems without locks have none
+};
+
 // Keeps other processes from calibrating a data set into a folder at the same time: waits for them.
 // It ends with the process, however that ends. File systems without locks have none.
 class SetLock {

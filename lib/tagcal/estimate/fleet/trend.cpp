@@ -7,6 +7,7 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/fleet.hpp"
+#include "tagcal/estimate/fleet/robust_start.hpp"
 #include "tagcal/estimate/policy/fleet.hpp"
 #include "tagcal/solvers/numeric/statistics.hpp"
 
@@ -48,11 +49,6 @@ Eigen::MatrixXd by_coefficients(const Design& design, Eigen::Index k, Eigen::Ind
   return x;
 }
 
-Eigen::VectorXd values_of(const UnitValues& unit) {
-  return Eigen::Map<const Eigen::VectorXd>(unit.values.data(),
-                                           static_cast<Eigen::Index>(unit.values.size()));
-}
-
 // Both sides of the calibration's equations, divided by the Cholesky factor of its covariance.
 struct Whitened {
   Eigen::MatrixXd x;
@@ -62,7 +58,7 @@ struct Whitened {
 std::vector<Whitened> whitened(std::span<const UnitValues> calibrations, const Design& design) {
   std::vector<Whitened> all;
   for (std::size_t k = 0; k < calibrations.size(); ++k) {
-    const Eigen::VectorXd values = values_of(calibrations[k]);
+    const Eigen::VectorXd values = as_vector(calibrations[k].values);
     const Eigen::LLT<Eigen::MatrixXd> llt(calibrations[k].covariance);
     if (llt.info() != Eigen::Success)
       throw Error(fmt::format("calibration {}: its covariance must be positive definite", k));
