@@ -17,6 +17,7 @@ void bind_detect(pybind11::module_& m);
 void bind_pose(pybind11::module_& m);
 void bind_calibrate(pybind11::module_& m);
 void bind_rig(pybind11::module_& m);
+void bind_handeye(pybind11::module_& m);
 void bind_stereo(pybind11::module_& m);  // after rig and reproject
 void bind_uncertainty(pybind11::module_& m);
 void bind_reproject(pybind11::module_& m);

@@ -51,6 +51,7 @@ PYBIND11_MODULE(_core, m) {
   bind_pose(m);
   bind_calibrate(m);
   bind_rig(m);
+  bind_handeye(m);
   bind_uncertainty(m);
   bind_reproject(m);
   bind_stereo(m);

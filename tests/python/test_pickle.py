@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import tagcal
 from desk import DESK, desk
+from test_handeye import desk_on_a_robot
 from test_rig import datasets
 
 WITHOUT = {
@@ -62,6 +63,7 @@ def results() -> dict[type, object]:
         tagcal.estimate_pose_and_focal(*(x[0] for x in dataset.to_points()), dataset.size),
         rig, tagcal.known_rig(rig),
         tagcal.estimate_rig_pose(seen_by_rig, rig_sets[0].target, tagcal.known_rig(rig)),
+        desk_on_a_robot(), desk_on_a_robot("base"), tagcal.read_robot_poses(DESK / "robot.csv"),
         tagcal.rectify(tagcal.known_rig(rig)),
         tagcal.vertical_disparity(
             tagcal.known_rig(rig), tagcal.rectify(tagcal.known_rig(rig)), *rig_pixels),
