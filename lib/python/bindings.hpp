@@ -18,6 +18,7 @@ void bind_pose(pybind11::module_& m);
 void bind_calibrate(pybind11::module_& m);
 void bind_rig(pybind11::module_& m);
 void bind_check(pybind11::module_& m);   // after rig
+void bind_handeye(pybind11::module_& m);
 void bind_stereo(pybind11::module_& m);  // after rig and reproject
 void bind_uncertainty(pybind11::module_& m);
 void bind_reproject(pybind11::module_& m);

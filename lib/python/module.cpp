@@ -52,6 +52,7 @@ PYBIND11_MODULE(_core, m) {
   bind_calibrate(m);
   bind_rig(m);
   bind_check(m);
+  bind_handeye(m);
   bind_uncertainty(m);
   bind_reproject(m);
   bind_stereo(m);

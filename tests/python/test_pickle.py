@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import tagcal
 from desk import DESK, desk
+from test_handeye import desk_on_a_robot
 from test_rig import datasets
 
 WITHOUT = {
@@ -63,6 +64,7 @@ def results() -> dict[type, object]:
         rig, tagcal.known_rig(rig),
         tagcal.estimate_rig_pose(seen_by_rig, rig_sets[0].target, tagcal.known_rig(rig)),
         tagcal.check_camera(dataset, tagcal.Camera.pinhole(850, 850, 639.5, 399.5, camera.size)),
+        desk_on_a_robot(), desk_on_a_robot("base"), tagcal.read_robot_poses(DESK / "robot.csv"),
         tagcal.rectify(tagcal.known_rig(rig)),
         tagcal.vertical_disparity(
             tagcal.known_rig(rig), tagcal.rectify(tagcal.known_rig(rig)), *rig_pixels),
