@@ -13,6 +13,7 @@
 #include "finding_cases.hpp"
 #include "spoiled_worlds.hpp"
 #include "tagcal/estimate/calibrate.hpp"
+#include "tagcal/estimate/check_camera.hpp"
 #include "tagcal/estimate/pose.hpp"
 #include "tagcal/estimate/view_correspondences.hpp"
 
@@ -310,12 +311,22 @@ Said of_two_cameras() {
   return {c.status, codes_of(c.findings)};
 }
 
+// A camera without a covariance before pictures of another one, and one of these alone.
+std::vector<Case> cases_of_checks() {
+  const Dataset seen = make_world(opencv5_lens(), 5, views(3));
+  const UncertainCamera known{nullptr, {kPlain, seen.image_size}, {}};
+  const auto of_view = contradiction_of_camera(seen.views[0], seen.boards, known);
+  return {{"camera_exact", {Status::ok, codes_of(check_camera(seen, known).findings)}},
+          {"camera_changed", {Status::ok, codes_of({of_view.value()})}}};
+}
+
 std::vector<Case> all_cases() {
   std::vector<Case> cases;
   for (const auto& some : {cases_of_data(),
                            cases_of_target_and_model(),
                            cases_of_limits(),
                            cases_of_poses(),
+                           cases_of_checks(),
                            {{"sources_disagree", of_two_cameras()}}})
     cases.insert(cases.end(), some.begin(), some.end());
   return cases;

@@ -189,25 +189,6 @@ RigState state_of_claims(const RigState& answer, const RigCalibration& rig) {
   return state;
 }
 
-// The standard deviation of the board's scale, which no picture shows: lengths of a print err
-// along x and y alike, so it is that of their difference (the prior's, and what was found) over
-// root 2. 0 for measured points and for several boards, whose places are measured.
-double sigma_of_scale(const RigState& state) {
-  const Bundle& bundle = state.cameras.front();
-  if (!bundle.board) return 0;
-  return std::hypot(bundle.board->prior_sigma[3], bundle.shape[3]) / std::sqrt(2.0);
-}
-
-// Adds an error of the scale of all translations, `times`.
-void add_scale(const RigState& state, const RigLayout& layout, double times, MatrixXd& covariance) {
-  Eigen::VectorXd by_scale = Eigen::VectorXd::Zero(layout.size);
-  for (std::size_t c = 0; c < state.cameras.size(); ++c)
-    if (const auto at = layout.pose[c])
-      by_scale.segment<3>(*at + 3) = state.poses.camera_from_rig[c].translation();
-  by_scale *= sigma_of_scale(state);
-  covariance += times * by_scale * by_scale.transpose();
-}
-
 // What the cameras' own calibrations say of their lenses, by the models of their claims.
 std::vector<LensClaim> lens_claims(const RigState& of_claims, const RigCalibration& rig) {
   std::vector<LensClaim> claims(of_claims.cameras.size());

@@ -83,6 +83,8 @@ inline constexpr FindingCode halves_disagree{"halves_disagree", Severity::warnin
 inline constexpr FindingCode sources_disagree{"sources_disagree", Severity::warning};
 inline constexpr FindingCode pole_in_image{"pole_in_image", Severity::warning};
 inline constexpr FindingCode fold_in_image{"fold_in_image", Severity::warning};
+inline constexpr FindingCode camera_exact{"camera_exact", Severity::note};
+inline constexpr FindingCode camera_changed{"camera_changed", Severity::warning};
 
 // Limits of what the data determine.
 inline constexpr FindingCode direction_weak{"direction_weak", Severity::warning};

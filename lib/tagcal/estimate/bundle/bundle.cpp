@@ -26,10 +26,14 @@ const ViewProblem& Bundle::corrected(std::size_t view, ViewProblem& buffer) cons
 }
 
 Bundle Bundle::without_views() const {
-  return {model, image_size, free_values, {}, {}, board, shape, row_sigma, {}, sigma};
+  return {model, image_size, free_values, {}, {}, board, shape, row_sigma, {}, sigma, known_lens};
 }
 
 PriorRows prior_of_lens(const Bundle& bundle) {
+  if (const auto& known = bundle.known_lens) {
+    const auto x = Eigen::VectorXd::Map(bundle.free_values.data(), known->values.size());
+    return {known->root * (x - known->values), known->root};
+  }
   return lens_prior(*bundle.model, bundle.free_values, bundle.image_size);
 }
 

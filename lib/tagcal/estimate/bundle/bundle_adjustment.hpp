@@ -24,6 +24,13 @@ struct RefinedPose {
 std::optional<RefinedPose> refine_view_pose(const ViewProblem& view, const Lens& lens,
                                             const Pose& start, int max_iterations = 50);
 
+// The prior of a lens that was calibrated before, instead of lens_prior: `root` (x - values) are
+// its residuals.
+struct KnownLens {
+  Eigen::VectorXd values;
+  Eigen::MatrixXd root;
+};
+
 // A calibration problem and its state: the free parameters of a model, the shape of the board, and
 // for each view a pose and two row terms.
 struct Bundle {
@@ -37,6 +44,7 @@ struct Bundle {
   double row_sigma = 0;                    // px a row, of the row terms (ViewRowTerms); 0: none
   std::vector<Eigen::Vector2d> row_terms;  // per view; zero without any
   double sigma = 1;  // noise per (whitened) coordinate, against which the priors are weighed
+  std::optional<KnownLens> known_lens = {};
 
   // Precondition: the free values are in the domain of the model, as those of a solved bundle are.
   Lens lens() const { return *model->lens(free_values, image_size); }

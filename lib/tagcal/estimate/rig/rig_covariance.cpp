@@ -113,42 +113,6 @@ void add_priors_of_rig(const RigState& state, const RigLayout& layout,
   }
 }
 
-// The information of a rig by its parameters and the shape of its board.
-std::optional<BundleInformation> rig_information(const RigState& solved, const RigLayout& layout) {
-  std::vector<Lens> lenses;
-  for (const Bundle& camera : solved.cameras) lenses.push_back(camera.lens());
-  const auto by_instant = views_by_instant(solved);
-  const Index n = layout.size + solved.cameras.front().num_shapes();
-  const std::size_t per_sample = instants_per_sample(by_instant.size(), n);
-  BundleInformation information;
-  std::size_t number = 0;
-  for (const auto& views : by_instant) {
-    if (views.empty()) continue;
-    if (number++ % per_sample == 0)
-      information.views.push_back({MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n), {}, {}});
-    PoseProducts pose(n);
-    for (const auto& [c, v] : views) {
-      const Bundle& camera = solved.cameras[c];
-      const auto of_view =
-          products_of(camera, v, camera.model->free(), lenses[c], camera.camera_from_target[v]);
-      if (!of_view) return std::nullopt;
-      add_view(solved, layout, c, solved.poses.links[c][v], *of_view, pose,
-               information.views.back());
-    }
-    if (!eliminate(pose, information.views.back())) return std::nullopt;
-  }
-  add_priors_of_rig(solved, layout, information);
-  return information;
-}
-
-// The overdispersion that neighbouring residuals suggest: that of the worst camera.
-double overdispersion_of_rig(const RigState& solved) {
-  double most = 1;
-  for (const Bundle& camera : solved.cameras)
-    if (!camera.views.empty()) most = std::max(most, overdispersion_of_neighbours(camera));
-  return most;
-}
-
 // Products of rows by parameters, without priors: J'J and J'r.
 struct Products {
   MatrixXd information;
@@ -180,6 +144,15 @@ MatrixXd root_of(const MatrixXd& matrix, const MatrixXd& unit) {
          eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
 }
 
+// The standard deviation of the board's scale, which no picture shows: lengths of a print err
+// along x and y alike, so it is that of their difference (the prior's, and what was found) over
+// root 2. 0 for measured points and for several boards, whose places are measured.
+double sigma_of_scale(const RigState& state) {
+  const Bundle& bundle = state.cameras.front();
+  if (!bundle.board) return 0;
+  return std::hypot(bundle.board->prior_sigma[3], bundle.shape[3]) / std::sqrt(2.0);
+}
+
 }  // namespace
 
 RigLayout::RigLayout(const RigState& state, const Connected& connected) {
@@ -195,6 +168,40 @@ RigLayout::RigLayout(const RigState& state, const Connected& connected) {
     lens.push_back(size);
     size += camera.model->num_free();
   }
+}
+
+std::optional<BundleInformation> rig_information(const RigState& solved, const RigLayout& layout) {
+  std::vector<Lens> lenses;
+  for (const Bundle& camera : solved.cameras) lenses.push_back(camera.lens());
+  const auto by_instant = views_by_instant(solved);
+  const Index n = layout.size + solved.cameras.front().num_shapes();
+  const std::size_t per_sample = instants_per_sample(by_instant.size(), n);
+  BundleInformation information;
+  std::size_t number = 0;
+  for (const auto& views : by_instant) {
+    if (views.empty()) continue;
+    if (number++ % per_sample == 0)
+      information.views.push_back({MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n), {}, {}});
+    PoseProducts pose(n);
+    for (const auto& [c, v] : views) {
+      const Bundle& camera = solved.cameras[c];
+      const auto of_view =
+          products_of(camera, v, camera.model->free(), lenses[c], camera.camera_from_target[v]);
+      if (!of_view) return std::nullopt;
+      add_view(solved, layout, c, solved.poses.links[c][v], *of_view, pose,
+               information.views.back());
+    }
+    if (!eliminate(pose, information.views.back())) return std::nullopt;
+  }
+  add_priors_of_rig(solved, layout, information);
+  return information;
+}
+
+double overdispersion_of_rig(const RigState& solved) {
+  double most = 1;
+  for (const Bundle& camera : solved.cameras)
+    if (!camera.views.empty()) most = std::max(most, overdispersion_of_neighbours(camera));
+  return most;
 }
 
 // A claim may be singular, if the lens is one of a smaller model: the lens is a_c + R_c z, with
@@ -264,6 +271,15 @@ std::optional<MatrixXd> covariance_of_extrinsics(const RigState& solved, const R
     covariance += response * claims[c].covariance * response.transpose();
   }
   return covariance;
+}
+
+void add_scale(const RigState& state, const RigLayout& layout, double times, MatrixXd& covariance) {
+  Eigen::VectorXd by_scale = Eigen::VectorXd::Zero(layout.size);
+  for (std::size_t c = 0; c < state.cameras.size(); ++c)
+    if (const auto at = layout.pose[c])
+      by_scale.segment<3>(*at + 3) = state.poses.camera_from_rig[c].translation();
+  by_scale *= sigma_of_scale(state);
+  covariance += times * by_scale * by_scale.transpose();
 }
 
 }  // namespace tagcal::internal

@@ -24,6 +24,13 @@ struct RigLayout {
   Eigen::Index num_extrinsics() const { return lens.front(); }
 };
 
+// The information of a rig by its parameters and the shape of its board; an instant is one sample.
+// No value if the views of an instant do not determine its pose.
+std::optional<BundleInformation> rig_information(const RigState& solved, const RigLayout& layout);
+
+// The overdispersion that neighbouring residuals suggest: that of the worst camera.
+double overdispersion_of_rig(const RigState& solved);
+
 // What is known of a lens from its own calibration, by the parameters of its bundle's model: an
 // answer, and its claim, which includes the choice of the model. Empty: a lens that is exact.
 struct LensClaim {
@@ -56,5 +63,10 @@ std::optional<Eigen::MatrixXd> covariance_of_extrinsics(const RigState& solved,
                                                         const RigLayout& layout,
                                                         const std::vector<LensClaim>& claims,
                                                         double strain);
+
+// Adds an error of the scale of all translations, `times`: that of the board, which no picture
+// shows.
+void add_scale(const RigState& state, const RigLayout& layout, double times,
+               Eigen::MatrixXd& covariance);
 
 }  // namespace tagcal::internal

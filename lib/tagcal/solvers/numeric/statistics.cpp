@@ -32,4 +32,20 @@ double variance_ratio_score(double ratio, double a, double b) {
   return ((1 - v) * root - (1 - u)) / std::sqrt(u + v * root * root);
 }
 
+double noncentrality(double k, double normal_quantile, double power_quantile) {
+  const double value = chi_square_quantile(k, normal_quantile);
+  // The value that is exceeded, in standard deviations of the cube root below its mean.
+  const auto score = [&](double lambda) {
+    const double variance = 2 * (1 + lambda / (k + lambda)) / (9 * (k + lambda));
+    return (1 - variance - std::cbrt(value / (k + lambda))) / std::sqrt(variance);
+  };
+  double low = 0, high = k + value;
+  while (score(high) < power_quantile) high *= 2;
+  while (high - low > 1e-9 * high) {  // numeric: precision of the bisection
+    const double middle = (low + high) / 2;
+    (score(middle) < power_quantile ? low : high) = middle;
+  }
+  return high;
+}
+
 }  // namespace tagcal::internal

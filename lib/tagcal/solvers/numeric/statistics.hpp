@@ -23,4 +23,9 @@ double chi_square_quantile(double k, double normal_quantile);
 // freedom: the quantile that is exceeded with the same probability (Paulson 1942).
 double variance_ratio_score(double ratio, double a, double b);
 
+// Non-centrality with which a chi-square of k degrees of freedom exceeds the value of
+// `normal_quantile` (chi_square_quantile) with the probability that a standard normal variable is
+// below `power_quantile` (Abdel-Aty, Biometrika 41, 538 (1954): the cube root is nearly normal).
+double noncentrality(double k, double normal_quantile, double power_quantile);
+
 }  // namespace tagcal::internal

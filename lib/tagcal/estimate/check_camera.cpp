@@ -1,0 +1,159 @@
+#include "tagcal/estimate/check_camera.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "tagcal/error.hpp"
+#include "tagcal/estimate/camera_check/candidates.hpp"
+#include "tagcal/estimate/findings.hpp"
+#include "tagcal/estimate/policy/check_policy.hpp"
+#include "tagcal/estimate/policy/policy.hpp"
+
+namespace tagcal {
+using namespace internal;
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::Vector2d;
+using Eigen::VectorXd;
+
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+
+void report_limits(const FreeFit& fit, const KnownRig& known, CameraCheck& check) {
+  int most_views = 0;
+  for (std::size_t c = 0; c < fit.cameras.size(); ++c) {
+    const Bundle& bundle = fit.state.cameras[c];
+    most_views = std::max(most_views, fit.cameras[c].num_views);
+    const std::string prefix = fit.cameras.size() > 1 ? fit.cameras[c].name + ": " : "";
+    if (!known.cameras[c].camera.model || known.covariance.size() == 0)
+      add(check.findings, code::camera_exact,
+          prefix +
+              "the camera's file has no covariance: it is taken as exact, so that errors of "
+              "its calibration count as changes");
+    std::vector<Vector2d> pixels;
+    for (const ViewProblem& view : bundle.views)
+      for (const Correspondence& corner : view.correspondences) pixels.push_back(corner.pixel);
+    const SeenRegion seen(bundle.image_size, pixels);
+    if (const auto gaps = seen.gaps(); gaps && !pixels.empty())
+      add(check.findings, code::extrapolated, prefix + *gaps + ": a change there is not tested");
+  }
+  if (most_views < policy::kFewestCheckedViews)
+    add(check.findings, code::few_views,
+        "one picture does not tell a change of the camera from an error of the board: take two or "
+        "more, with the board at different places and tilts");
+}
+
+bool has(const CameraCheck& check, const FindingCode& code) {
+  return std::ranges::any_of(check.findings, [&](const Finding& f) { return f.code == code.name; });
+}
+
+void judge_check(double limit_px, CameraCheck& check) {
+  if (has(check, code::few_views)) return;
+  if (check.in_sigmas > policy::kCheckQuantile)
+    check.verdict = CheckVerdict::changed;
+  else if (check.smallest_px <= limit_px)
+    check.verdict = CheckVerdict::valid;
+}
+
+void require_options(const RigDataset& dataset, const KnownRig& known,
+                     const CheckOptions& options) {
+  if (!(options.limit_px > 0))
+    throw Error(fmt::format("limit_px: must be > 0, got {}", options.limit_px));
+  if (known.cameras.empty() || dataset.cameras.size() != known.cameras.size())
+    throw Error(fmt::format("rig: has {} cameras, got the pictures of {}", known.cameras.size(),
+                            dataset.cameras.size()));
+  known.check_covariance();
+  if (known.covariance.size() > 0 && known.cameras.size() > 1 && !known.reference())
+    throw Error("rig: its frame must be that of one of its cameras");
+  for (std::size_t c = 0; c < known.cameras.size(); ++c) {
+    const Camera& camera = known.cameras[c].camera.camera;
+    if (!kind_of(camera.lens).is_central)
+      throw Error(known.cameras[c].name + ": a parallel lens cannot be checked");
+    const ImageSize &size = camera.image_size, &seen = dataset.cameras[c].data.image_size;
+    if (!(size == seen))
+      throw Error(fmt::format("{}: image size must be {}x{}, got {}x{}", known.cameras[c].name,
+                              size.width, size.height, seen.width, seen.height));
+  }
+}
+
+}  // namespace
+
+std::string_view verdict_name(CheckVerdict verdict) {
+  static constexpr std::string_view kNames[] = {"valid", "changed", "cannot_tell"};
+  return kNames[static_cast<std::size_t>(verdict)];
+}
+
+std::string_view kind_name(ChangeKind kind) {
+  static constexpr std::string_view kNames[] = {"focal length", "principal point",
+                                                "focal length and principal point",
+                                                "place in the rig", "lens"};
+  return kNames[static_cast<std::size_t>(kind)];
+}
+
+CameraCheck check_rig(const RigDataset& dataset, const KnownRig& known,
+                      const CheckOptions& options) {
+  require_options(dataset, known, options);
+  CameraCheck check;
+  check.in_sigmas = -kInfinite;
+  check.smallest_px = kInfinite;
+  check.false_alarm = policy::kFalseAlarm;
+  check.power = policy::kDetectionPower;
+  const auto fit = fit_freely(dataset, known, options, check.findings);
+  if (!fit) {
+    add(check.findings, code::target_unseen, "no picture determines a pose of the target");
+    return check;
+  }
+  check.cameras = fit->cameras;
+  report_limits(*fit, known, check);
+  const auto information = rig_information(fit->state, RigLayout(fit->state, fit->connected));
+  if (!information) {
+    add(check.findings, code::degenerate, "the corners of a picture do not determine its pose");
+    return check;
+  }
+  const ChangeTest test(*fit, known, *information);
+  check.in_sigmas = test.score();
+  const std::vector<Candidate> candidates = candidates_of(*fit, information->prior.rows());
+  check.smallest_px = 0;
+  for (const Candidate& candidate : candidates) {
+    check.detectable.push_back(detectable(candidate, test, *fit));
+    check.smallest_px = std::max(check.smallest_px, check.detectable.back().max_px);
+  }
+  judge_check(options.limit_px, check);
+  if (check.in_sigmas > policy::kCheckQuantile)
+    check.change = leanest_change(candidates, test, *fit);
+  return check;
+}
+
+CameraCheck check_camera(const Dataset& dataset, const UncertainCamera& known,
+                         const CheckOptions& options) {
+  KnownRig rig;
+  rig.cameras.push_back({"camera", known, Pose(), std::nullopt});
+  const Index k = known.num_free();
+  if (known.covariance.size() > 0) {
+    rig.covariance = MatrixXd::Zero(6 + k, 6 + k);
+    rig.covariance.bottomRightCorner(k, k) = known.covariance;
+  }
+  return check_rig({{{"camera", dataset, {}}}, {}, std::nullopt}, rig, options);
+}
+
+std::optional<Finding> contradiction_of_camera(const View& view,
+                                               const std::vector<PlacedBoard>& boards,
+                                               const UncertainCamera& known) {
+  if (std::ssize(view.observations) < policy::kFewestCheckedCorners) return std::nullopt;
+  const CameraCheck check = check_camera({known.camera.image_size, boards, {view}, {}}, known);
+  if (!(check.in_sigmas > policy::kSignificant)) return std::nullopt;
+  std::string what = "no single change explains it";
+  if (check.change)
+    what = fmt::format("a change of the {} by {:.2g} px at most explains it",
+                       kind_name(check.change->kind), check.change->max_px);
+  return finding(code::camera_changed,
+                 fmt::format("the residuals contradict the camera's file by {:.1f} sd ({}): check "
+                             "it with more pictures",
+                             check.in_sigmas, what));
+}
+
+}  // namespace tagcal

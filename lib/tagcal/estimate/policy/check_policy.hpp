@@ -1,0 +1,30 @@
+#pragma once
+
+// The numbers that decide the check of a camera (check_camera.hpp), as policy.hpp.
+
+namespace tagcal::internal::policy {
+
+// Probability of `changed` for a camera that did not change, and with which a change of the stated
+// size is found; 2.326 is the quantile of the normal distribution of both. A check may run daily:
+// a false alarm in a hundred days.
+inline constexpr double kFalseAlarm = 0.01;
+inline constexpr double kDetectionPower = 0.99;
+inline constexpr double kCheckQuantile = 2.326;
+
+// Pictures below which the verdict is no other than cannot_tell: what one picture shows, as a bend
+// of the board, may look like a lens.
+inline constexpr int kFewestCheckedViews = 2;
+
+// By this share of the widths of lens_prior the free camera may depart from the known one where the
+// pictures do not determine it: it only keeps the linear test near the known camera. Chosen by
+// hand: a twentieth of the cameras' own spread is 3.5 % of a focal length.
+inline constexpr double kChangeShare = 0.05;
+
+// Share of a view's corners below which its inliers are no longer that view: it is rejected.
+inline constexpr double kLeastInlierShare = 0.5;
+
+// Corners on which the check of one picture beside its pose may rest: degrees of freedom beside
+// those of pose and lens (policy.hpp, kEnoughDegreesOfFreedom, has the accuracy of their noise).
+inline constexpr int kFewestCheckedCorners = 40;
+
+}  // namespace tagcal::internal::policy
