@@ -152,7 +152,7 @@ std::optional<Finding> contradiction_of_camera(const View& view,
                        kind_name(check.change->kind), check.change->max_px);
   return finding(code::camera_changed,
                  fmt::format("the residuals contradict the camera's file by {:.1f} sd ({}): check "
-                             "it with more pictures (tagcal check)",
+                             "it with more pictures",
                              check.in_sigmas, what));
 }
 
