@@ -103,7 +103,7 @@ void bind_answer_of_check(py::module_& m) {
   check.field("change", &CameraCheck::change,
               "CameraChange; None unless \"changed\", and if no single kind explains it.");
   check.field("detectable", &CameraCheck::detectable, "A list of DetectableChange.");
-  check.field("smallest_px", &CameraCheck::smallest_px, "The largest max_px of them.");
+  check.field("smallest_px", &CameraCheck::smallest_px, "The largest max_px of them but for the whole lens.");
   check.field("cameras", &CameraCheck::cameras, "A list of CheckedCamera.");
   check.field("findings", &CameraCheck::findings, "What the check found out about its data.");
   check.representation([](const CameraCheck& c) {

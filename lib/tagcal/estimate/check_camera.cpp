@@ -120,7 +120,8 @@ CameraCheck check_rig(const RigDataset& dataset, const KnownRig& known,
   check.smallest_px = 0;
   for (const Candidate& candidate : candidates) {
     check.detectable.push_back(detectable(candidate, test, *fit));
-    check.smallest_px = std::max(check.smallest_px, check.detectable.back().max_px);
+    if (candidate.kind != ChangeKind::lens)
+      check.smallest_px = std::max(check.smallest_px, check.detectable.back().max_px);
   }
   judge_check(options.limit_px, check);
   if (check.in_sigmas > policy::kCheckQuantile)

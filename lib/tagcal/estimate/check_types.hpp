@@ -89,7 +89,10 @@ struct CameraCheck {
   // With verdict changed: no value if no single kind explains the pictures.
   std::optional<CameraChange> change;
   std::vector<DetectableChange> detectable;  // of each camera and kind
-  double smallest_px = 0;                    // the largest max_px of them; infinite without a test
+  // The largest max_px of them but for the whole lens: focus, zoom and blows change the focal
+  // length, the principal point and the place, and no one combination of all coefficients. Infinite
+  // without a test.
+  double smallest_px = 0;
   std::vector<CheckedCamera> cameras;
   std::vector<Finding> findings;
 };
