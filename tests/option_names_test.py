@@ -68,8 +68,8 @@ def mistakes(text: str, options: dict[str, set[str]]) -> list[str]:
 # the groups of the match. DESK and COPY are rendered data sets.
 ADVISED = [
     ("calibrate DESK --model weak --out weak.yaml", r"try (--model auto)", "calibrate DESK {0}"),
-    ("calibrate DESK --model f --out f.yaml", r"take (opencv\d) or (auto)", "calibrate DESK --model {0}"),
-    ("calibrate DESK --model fisheye4 --out fish.yaml", r"(opencv\d), another kind of lens, would .* take it",
+    ("calibrate DESK --model f --out f.yaml", r"use (opencv\d) or (auto)", "calibrate DESK --model {0}"),
+    ("calibrate DESK --model fisheye4 --out fish.yaml", r"(opencv\d), another kind of lens, reduces .* use it",
      "calibrate DESK --model {0}"),
     ("convert fish.yaml x.cameramodel", r"(--model \w+) fits one", "convert fish.yaml x.cameramodel {0}"),
     ("convert fish.yaml out.zip", r"choose one by (--to)", "convert fish.yaml out.zip {0} opencv"),

@@ -176,7 +176,7 @@ TEST(RigFindings, NotConnectedNamesTheNearestPair) {
             std::string::npos)
       << finding->sentence;
   ASSERT_TRUE(answer.next);
-  EXPECT_EQ(std::pair(answer.next->a, answer.next->b), std::pair(0UZ, 2UZ));
+  EXPECT_EQ(std::pair(answer.next->a, answer.next->b), std::pair<std::size_t, std::size_t>(0, 2));
   EXPECT_EQ(answer.next->sentence, "show the board to cam0 and cam2 at the same time");
   EXPECT_TRUE(std::isinf(answer.next->sigma_px));
 }

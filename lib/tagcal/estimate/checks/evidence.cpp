@@ -25,7 +25,8 @@ std::optional<LargerLens> larger_lens(const Bundle& solved, double sigma) {
   const double chi_square = gradient.dot(*inverse * gradient);
   // numeric: no division by zero for exact corners
   const double cost = std::max(cost_of(solved), 1e-300);
-  return LargerLens{chi_square, chi_square * sigma * sigma / cost};
+  constexpr double kMost = 0.99;  // numeric: to first order the gain can exceed the whole
+  return LargerLens{chi_square, std::min(kMost, chi_square * sigma * sigma / cost)};
 }
 
 // The linear standard deviation of the focal length of model f+c over that of a solved model f.
