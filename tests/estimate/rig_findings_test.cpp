@@ -176,7 +176,8 @@ TEST(RigFindings, NotConnectedNamesTheNearestPair) {
             std::string::npos)
       << finding->sentence;
   ASSERT_TRUE(answer.next);
-  EXPECT_EQ(std::pair(answer.next->a, answer.next->b), std::pair<std::size_t, std::size_t>(0, 2));
+  EXPECT_EQ(answer.next->a, 0u);
+  EXPECT_EQ(answer.next->b, 2u);
   EXPECT_EQ(answer.next->sentence, "show the board to cam0 and cam2 at the same time");
   EXPECT_TRUE(std::isinf(answer.next->sigma_px));
 }
