@@ -167,8 +167,8 @@ void bind_handeye(py::module_& m) {
         py::arg("camera"), py::arg("base_from_hand"), py::arg("mount"), py::kw_only(),
         py::arg("times_s") = py::none(), py::arg("robot_times_s") = py::none(),
         py::arg("find_time_offset") = false, py::arg("sigma_px") = 0.0, py::arg("threads") = 1,
-        "Where a camera is on a robot's hand (mount \"hand\": the board is at rest) or beside the "
-        "robot (\"base\": the board is in the hand).\n\n"
+        "Where a camera is on a robot's hand, or beside the robot.\n\n"
+        "mount: \"hand\" (the board is at rest) or \"base\" (the board is in the hand).\n"
         "views: a list of View.\n"
         "base_from_hand: the robot's Pose of each view; or, with their times robot_times_s, of a "
         "path, in which the views are at times_s.\n"

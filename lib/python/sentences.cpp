@@ -20,6 +20,7 @@ constexpr std::array kRows = {
     Row{"--image-size", "tagcal convert --image-size", false},  // Python has none
     Row{"--keep-all", "reject_outliers=False", false},
     Row{"--model", "model=", true},
+    Row{"--mount", "mount=", true},
     Row{"--pair time:find", "find_clocks=True", false},
     Row{"--sigma-px", "sigma_px", false},
     Row{"--start", "start", false},

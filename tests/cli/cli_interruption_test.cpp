@@ -112,11 +112,11 @@ TEST_F(Interrupted, ResumeRefusesOtherWork) {
   const auto process = begun("other", "--resume");
   process->send(SIGKILL);
   process->wait();
-  expect_bad_input(render("other", "--resume --seed 1"), {"other.partial", "begun with other"});
-  expect_bad_input(render("other", "--resume --views 5"), {"other.partial", "begun with other"});
+  expect_bad_input(render("other", "--resume --seed 1"), {"other.partial", "started with different"});
+  expect_bad_input(render("other", "--resume --views 5"), {"other.partial", "started with different"});
   const std::string scene = slurp(root() / "long.yaml");
   spill(root() / "long.yaml", replaced(scene, "noise_levels: 2", "noise_levels: 3"));
-  expect_bad_input(render("other", "--resume"), {"other.partial", "begun with other"});
+  expect_bad_input(render("other", "--resume"), {"other.partial", "started with different"});
   spill(root() / "long.yaml", scene);
   EXPECT_EQ(run(render("other", "--resume")).exit_code, 0);
 

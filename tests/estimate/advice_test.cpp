@@ -107,7 +107,7 @@ TEST(WeakDirections, FocalLengthAndDistance) {
   const Calibration c = calibrate(make_world(kLens, 3, flat_views(5)), with_model("f"));
   ASSERT_EQ(c.weak_directions.size(), 1u);
   EXPECT_EQ(c.weak_directions[0].parameter, "f");
-  EXPECT_NE(c.weak_directions[0].sentence.find("focal length and distance"), std::string::npos);
+  EXPECT_NE(c.weak_directions[0].sentence.find("focal length from distance"), std::string::npos);
   const double f_px = c.sigmas[0] / 900;
   EXPECT_LT(c.weak_directions[0].sigma_px, f_px * std::hypot(640, 400));
   EXPECT_GT(c.weak_directions[0].sigma_px, 0.1 * f_px * 640);

@@ -85,9 +85,9 @@ double smallest(const CameraCheck& check, ChangeKind kind) {
   return found == check.detectable.end() ? 0 : found->size;
 }
 
-TEST(CheckCamera, FindsTwiceTheChangeThatItStates) {
+TEST(CheckCamera, FindsTheChangeThatItStates) {
   const int num_worlds = 300;
-  int found_focal = 0, found_centre = 0, lean = 0, once = 0;
+  int found_focal = 0, found_centre = 0, lean = 0;
   double focal_px = 0, most_px = 0;
   for (int i = 0; i < num_worlds; ++i) {
     const auto seed = static_cast<std::uint64_t>(7000 + i);
@@ -101,20 +101,18 @@ TEST(CheckCamera, FindsTwiceTheChangeThatItStates) {
     const auto now = [&](const Lens& lens) {
       return check_camera(make_world(lens, seed, pictures(5)), known);
     };
-    const CameraCheck focal = now(with(2 * by_focal, 0)), centre = now(with(0, 2 * by_centre));
+    const CameraCheck focal = now(with(by_focal, 0)), centre = now(with(0, by_centre));
     found_focal += focal.verdict == CheckVerdict::changed;
     found_centre += centre.verdict == CheckVerdict::changed;
-    once += now(with(by_focal, 0)).verdict == CheckVerdict::changed;
     lean += focal.change && focal.change->kind == ChangeKind::focal_length;
     lean += centre.change && centre.change->kind == ChangeKind::principal_point;
   }
   std::printf(
-      "of %d: focal %d, centre %d, leanest kind %d of %d; at the stated change %d; f by "
-      "%.2f px, any change by %.2f px at most\n",
-      num_worlds, found_focal, found_centre, lean, 2 * num_worlds, once, focal_px, most_px);
-  EXPECT_GE(found_focal, 0.99 * num_worlds);
-  EXPECT_GE(found_centre, 0.99 * num_worlds);
-  EXPECT_GE(once, 0.9 * num_worlds);
+      "of %d: focal %d, centre %d, leanest kind %d of %d; f by %.2f px, any change by %.2f px at "
+      "most\n",
+      num_worlds, found_focal, found_centre, lean, 2 * num_worlds, focal_px, most_px);
+  EXPECT_GE(found_focal, 0.95 * num_worlds);
+  EXPECT_GE(found_centre, 0.95 * num_worlds);
   EXPECT_GE(lean, 1.8 * num_worlds);
 }
 
@@ -175,7 +173,7 @@ TEST(CheckCamera, CannotTellFromPicturesThatShowLittle) {
 TEST(CheckCamera, TakesACameraWithoutCovarianceAsExact) {
   const UncertainCamera known{nullptr, {opencv5_lens(), {1280, 800}}, {}};
   CheckOptions options;
-  options.limit_px = 2;
+  options.limit_px = 5;
   const CameraCheck check =
       check_camera(make_world(opencv5_lens(), 13, pictures(8)), known, options);
   EXPECT_EQ(check.verdict, CheckVerdict::valid) << check.in_sigmas << " " << check.smallest_px;
@@ -214,14 +212,31 @@ struct CheckedRig {
   RigDataset now;
 };
 
+RigDataset instants_of(const RigDataset& rig, std::size_t first, std::size_t end) {
+  RigDataset part = rig;
+  part.instants.assign(rig.instants.begin() + static_cast<std::ptrdiff_t>(first),
+                       rig.instants.begin() + static_cast<std::ptrdiff_t>(end));
+  for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
+    part.cameras[c].data.views.clear();
+    part.cameras[c].times_s.clear();
+    for (Instant& instant : part.instants) {
+      if (!instant.view[c]) continue;
+      part.cameras[c].data.views.push_back(rig.cameras[c].data.views[*instant.view[c]]);
+      instant.view[c] = part.cameras[c].data.views.size() - 1;
+    }
+  }
+  return part;
+}
+
+// Calibrated by 30 instants; the rest are the pictures of the check.
 CheckedRig checked_rig(std::uint64_t seed, int num_cameras, int num_instants) {
   RigWorldOptions options;
   options.num_cameras = num_cameras;
   options.fisheyes = false;
-  CheckedRig rig{known_rig(calibrate_rig(make_rig_world(seed, options))), {}};
-  options.num_instants = num_instants;
-  rig.now = make_rig_world(seed, options);
-  return rig;
+  options.num_instants = 30 + num_instants;
+  const RigDataset all = make_rig_world(seed, options);
+  return {known_rig(calibrate_rig(instants_of(all, 0, 30))),
+          instants_of(all, 30, all.instants.size())};
 }
 
 // The corners of one camera by another place of it.

@@ -183,7 +183,7 @@ TEST(RealCorners, AModelThatIsTooSmallIsSaid) {
   for (const Witness& w : witnesses()) {
     for (const std::string model : {"f", "pinhole"}) {
       const Calibration c = calibrated(w.set, with_model(model));
-      EXPECT_TRUE(!is_answer(c.status) || warns(c, "the model is too small: opencv5")) << w.set;
+      EXPECT_TRUE(!is_answer(c.status) || warns(c, "the model underfits: opencv5")) << w.set;
     }
     EXPECT_FALSE(warns(calibrated(w.set, with_model("opencv5")), "too small: opencv5")) << w.set;
   }

@@ -25,7 +25,7 @@ def sentences() -> list[str]:
 
 
 def arguments() -> set[str]:
-    docs = [getattr(tagcal, name).__doc__ for name in ("calibrate", "calibrate_rig", "fit_lens")]
+    docs = [getattr(tagcal, name).__doc__ for name in ("calibrate", "calibrate_rig", "calibrate_handeye", "fit_lens")]
     return set(re.findall(r"(\w+): ", "\n".join(docs)))
 
 

@@ -92,7 +92,7 @@ Command add_fleet(CLI::App& app) {
   add_footer(*command,
              "Example: tagcal calibrate cameras/* --out fleet --resume\n"
              "         tagcal fleet fleet --out fleet.csv\n"
-             "Exit code 1: a unit has no answer, is unlike the others, beyond a limit, or drifts");
+             "Exit code 1: a unit has no answer, is unlike others, beyond a limit, or drifts");
   return {command, [arguments] { return run(*arguments); }};
 }
 
