@@ -22,8 +22,10 @@ constexpr std::array kRows = {
     Row{"--model", "model=", true},
     Row{"--mount", "mount=", true},
     Row{"--pair time:find", "find_clocks=True", false},
+    Row{"--robot-format", "columns", false},
     Row{"--sigma-px", "sigma_px", false},
     Row{"--start", "start", false},
+    Row{"--time-offset find", "find_time_offset=True", false},
     Row{"--tolerance", "tolerance_px", false},
 };
 
