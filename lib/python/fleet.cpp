@@ -60,7 +60,7 @@ std::optional<Trend> trend_of(const ArrayLike& values, const ArrayLike& covarian
                         Eigen::Map<const RowMajorX>(z.data(), z.shape(0), z.shape(1)));
 }
 
-// Of all covariates, then of the scatter; NaN without scatter.
+// The p value of all covariates, then that of the scatter; NaN without scatter.
 std::vector<double> p_values_of(const Trend& trend, double inflation) {
   if (!(inflation >= 1)) throw Error("inflation: must be >= 1, got " + number(inflation));
   std::vector<double> all;

@@ -32,55 +32,153 @@ consteval std::size_t count() {
 
 }  // namespace members
 
-// For aggregates without bases, of 1 to 32 members. C++20 names each member of a binding, so that
-// there is a line for each number of them.
+// For aggregates without bases, of 1 to 32 members.
 template <typename T>
 auto tie_aggregate(T& t) {
   constexpr std::size_t n = members::count<std::remove_const_t<T>>();
-  static_assert(n >= 1 && n <= 32);
   // clang-format off
-#define TAGCAL_A_TO_H a, b, c, d, e, f, g, h
-#define TAGCAL_I_TO_P i, j, k, l, m, n_, o, p
-#define TAGCAL_Q_TO_X q, r, s, t_, u, v, w, x
-#define TAGCAL_TIE(count, ...) \
-  if constexpr (n == count) { auto& [__VA_ARGS__] = t; return std::tie(__VA_ARGS__); }
-  TAGCAL_TIE(1, a)
-  TAGCAL_TIE(2, a, b)
-  TAGCAL_TIE(3, a, b, c)
-  TAGCAL_TIE(4, a, b, c, d)
-  TAGCAL_TIE(5, a, b, c, d, e)
-  TAGCAL_TIE(6, a, b, c, d, e, f)
-  TAGCAL_TIE(7, a, b, c, d, e, f, g)
-  TAGCAL_TIE(8, TAGCAL_A_TO_H)
-  TAGCAL_TIE(9, TAGCAL_A_TO_H, i)
-  TAGCAL_TIE(10, TAGCAL_A_TO_H, i, j)
-  TAGCAL_TIE(11, TAGCAL_A_TO_H, i, j, k)
-  TAGCAL_TIE(12, TAGCAL_A_TO_H, i, j, k, l)
-  TAGCAL_TIE(13, TAGCAL_A_TO_H, i, j, k, l, m)
-  TAGCAL_TIE(14, TAGCAL_A_TO_H, i, j, k, l, m, n_)
-  TAGCAL_TIE(15, TAGCAL_A_TO_H, i, j, k, l, m, n_, o)
-  TAGCAL_TIE(16, TAGCAL_A_TO_H, TAGCAL_I_TO_P)
-  TAGCAL_TIE(17, TAGCAL_A_TO_H, TAGCAL_I_TO_P, q)
-  TAGCAL_TIE(18, TAGCAL_A_TO_H, TAGCAL_I_TO_P, q, r)
-  TAGCAL_TIE(19, TAGCAL_A_TO_H, TAGCAL_I_TO_P, q, r, s)
-  TAGCAL_TIE(20, TAGCAL_A_TO_H, TAGCAL_I_TO_P, q, r, s, t_)
-  TAGCAL_TIE(21, TAGCAL_A_TO_H, TAGCAL_I_TO_P, q, r, s, t_, u)
-  TAGCAL_TIE(22, TAGCAL_A_TO_H, TAGCAL_I_TO_P, q, r, s, t_, u, v)
-  TAGCAL_TIE(23, TAGCAL_A_TO_H, TAGCAL_I_TO_P, q, r, s, t_, u, v, w)
-  TAGCAL_TIE(24, TAGCAL_A_TO_H, TAGCAL_I_TO_P, TAGCAL_Q_TO_X)
-  TAGCAL_TIE(25, TAGCAL_A_TO_H, TAGCAL_I_TO_P, TAGCAL_Q_TO_X, y)
-  TAGCAL_TIE(26, TAGCAL_A_TO_H, TAGCAL_I_TO_P, TAGCAL_Q_TO_X, y, z)
-  TAGCAL_TIE(27, TAGCAL_A_TO_H, TAGCAL_I_TO_P, TAGCAL_Q_TO_X, y, z, A)
-  TAGCAL_TIE(28, TAGCAL_A_TO_H, TAGCAL_I_TO_P, TAGCAL_Q_TO_X, y, z, A, B)
-  TAGCAL_TIE(29, TAGCAL_A_TO_H, TAGCAL_I_TO_P, TAGCAL_Q_TO_X, y, z, A, B, C)
-  TAGCAL_TIE(30, TAGCAL_A_TO_H, TAGCAL_I_TO_P, TAGCAL_Q_TO_X, y, z, A, B, C, D)
-  TAGCAL_TIE(31, TAGCAL_A_TO_H, TAGCAL_I_TO_P, TAGCAL_Q_TO_X, y, z, A, B, C, D, E)
-  TAGCAL_TIE(32, TAGCAL_A_TO_H, TAGCAL_I_TO_P, TAGCAL_Q_TO_X, y, z, A, B, C, D, E, F)
-#undef TAGCAL_TIE
-#undef TAGCAL_Q_TO_X
-#undef TAGCAL_I_TO_P
-#undef TAGCAL_A_TO_H
+  if constexpr (n == 1) { auto& [m0] = t; return std::tie(m0); }
+  if constexpr (n == 2) { auto& [m0, m1] = t; return std::tie(m0, m1); }
+  if constexpr (n == 3) { auto& [m0, m1, m2] = t; return std::tie(m0, m1, m2); }
+  if constexpr (n == 4) { auto& [m0, m1, m2, m3] = t; return std::tie(m0, m1, m2, m3); }
+  if constexpr (n == 5) { auto& [m0, m1, m2, m3, m4] = t; return std::tie(m0, m1, m2, m3, m4); }
+  if constexpr (n == 6) {
+    auto& [m0, m1, m2, m3, m4, m5] = t;
+    return std::tie(m0, m1, m2, m3, m4, m5);
+  }
+  if constexpr (n == 7) {
+    auto& [m0, m1, m2, m3, m4, m5, m6] = t;
+    return std::tie(m0, m1, m2, m3, m4, m5, m6);
+  }
+  if constexpr (n == 8) {
+    auto& [m0, m1, m2, m3, m4, m5, m6, m7] = t;
+    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7);
+  }
+  if constexpr (n == 9) {
+    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8] = t;
+    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8);
+  }
+  if constexpr (n == 10) {
+    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9] = t;
+    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9);
+  }
+  if constexpr (n == 11) {
+    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10] = t;
+    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10);
+  }
+  if constexpr (n == 12) {
+    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11] = t;
+    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11);
+  }
+  if constexpr (n == 13) {
+    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12] = t;
+    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12);
+  }
+  if constexpr (n == 14) {
+    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13] = t;
+    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13);
+  }
+  if constexpr (n == 15) {
+    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14] = t;
+    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14);
+  }
+  if constexpr (n == 16) {
+    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15] = t;
+    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15);
+  }
+  if constexpr (n == 17) {
+    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16] = t;
+    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16);
+  }
+  if constexpr (n == 18) {
+    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17] = t;
+    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17);
+  }
+  if constexpr (n == 19) {
+    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17, m18] = t;
+    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17,
+        m18);
+  }
+  if constexpr (n == 20) {
+    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17, m18,
+        m19] = t;
+    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17,
+        m18, m19);
+  }
+  if constexpr (n == 21) {
+    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17, m18,
+        m19, m20] = t;
+    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17,
+        m18, m19, m20);
+  }
+  if constexpr (n == 22) {
+    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17, m18,
+        m19, m20, m21] = t;
+    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17,
+        m18, m19, m20, m21);
+  }
+  if constexpr (n == 23) {
+    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17, m18,
+        m19, m20, m21, m22] = t;
+    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17,
+        m18, m19, m20, m21, m22);
+  }
+  if constexpr (n == 24) {
+    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17, m18,
+        m19, m20, m21, m22, m23] = t;
+    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17,
+        m18, m19, m20, m21, m22, m23);
+  }
+  if constexpr (n == 25) {
+    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17, m18,
+        m19, m20, m21, m22, m23, m24] = t;
+    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17,
+        m18, m19, m20, m21, m22, m23, m24);
+  }
+  if constexpr (n == 26) {
+    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17, m18,
+        m19, m20, m21, m22, m23, m24, m25] = t;
+    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17,
+        m18, m19, m20, m21, m22, m23, m24, m25);
+  }
+  if constexpr (n == 27) {
+    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17, m18,
+        m19, m20, m21, m22, m23, m24, m25, m26] = t;
+    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17,
+        m18, m19, m20, m21, m22, m23, m24, m25, m26);
+  }
+  if constexpr (n == 28) {
+    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17, m18,
+        m19, m20, m21, m22, m23, m24, m25, m26, m27] = t;
+    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17,
+        m18, m19, m20, m21, m22, m23, m24, m25, m26, m27);
+  }
+  if constexpr (n == 29) {
+    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17, m18,
+        m19, m20, m21, m22, m23, m24, m25, m26, m27, m28] = t;
+    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17,
+        m18, m19, m20, m21, m22, m23, m24, m25, m26, m27, m28);
+  }
+  if constexpr (n == 30) {
+    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17, m18,
+        m19, m20, m21, m22, m23, m24, m25, m26, m27, m28, m29] = t;
+    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17,
+        m18, m19, m20, m21, m22, m23, m24, m25, m26, m27, m28, m29);
+  }
+  if constexpr (n == 31) {
+    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17, m18,
+        m19, m20, m21, m22, m23, m24, m25, m26, m27, m28, m29, m30] = t;
+    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17,
+        m18, m19, m20, m21, m22, m23, m24, m25, m26, m27, m28, m29, m30);
+  }
+  if constexpr (n == 32) {
+    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17, m18,
+        m19, m20, m21, m22, m23, m24, m25, m26, m27, m28, m29, m30, m31] = t;
+    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17,
+        m18, m19, m20, m21, m22, m23, m24, m25, m26, m27, m28, m29, m30, m31);
+  }
   // clang-format on
+  static_assert(n >= 1 && n <= 32);
 }
 
 // A tuple of pointers to the members of a class with a base, or with an optional matrix, which

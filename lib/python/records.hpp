@@ -81,7 +81,7 @@ class Record : public py::class_<T, Options...> {
   }
 };
 
-// What makes a class a sequence of the elements of a member. `what`: one of them, "picture".
+// Makes a class a sequence of the elements of a member. `what`: the name of one of them, "picture".
 template <typename T, typename Element>
 void define_sequence(py::class_<T>& cls, std::vector<Element> T::*elements, const char* what) {
   cls.def("__len__", [elements](const T& all) { return (all.*elements).size(); })

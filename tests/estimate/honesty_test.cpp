@@ -68,19 +68,24 @@ TEST(Honesty, AFewViewsClaimWhatIsUsual) {
   }
 }
 
+// 15 views near enough to show the distortion, with tilts below one degree.
+Dataset nearly_frontal_world(int seed, double sigma_px, double max_tilt_deg) {
+  WorldOptions options;
+  options.num_views = 15;
+  options.sigma_px = sigma_px;
+  options.max_tilt_deg = max_tilt_deg;
+  options.min_distance_m = 0.45;
+  options.max_distance_m = 0.7;
+  return make_world(Perspective({900, 900, 644, 396, 0.09, -0.22, 6e-4, -4e-4, 0.13}), seed,
+                    options);
+}
+
 // Undistorted lenses of any focal length fit nearly frontal views alike, and the distortion that
 // the start does not have yet chose one between 190 and 5,800 px; from there the solver may take
 // more steps than it has.
 TEST(Honesty, NearlyFrontalViewsStartAtAUsualFocalLength) {
-  WorldOptions options;
-  options.num_views = 15;
-  options.sigma_px = 0.02;
-  options.max_tilt_deg = 0.5;
-  options.min_distance_m = 0.45;
-  options.max_distance_m = 0.7;
-  const Lens lens = Perspective({900, 900, 644, 396, 0.09, -0.22, 6e-4, -4e-4, 0.13});
   for (int seed = 1; seed <= 10; ++seed) {
-    const Dataset dataset = make_world(lens, seed, options);
+    const Dataset dataset = nearly_frontal_world(seed, 0.02, 0.5);
     const internal::CalibrationInput input = internal::calibration_input(dataset, {});
     const auto start =
         internal::calibration_seed(Model::named("opencv5"), input.image_size, input.views, {});
@@ -93,15 +98,8 @@ TEST(Honesty, NearlyFrontalViewsStartAtAUsualFocalLength) {
 
 // A claim is made at a minimum: solvers that run out of iterations on the way along a valley go on.
 TEST(Honesty, AFarStartWithFewIterationsGivesTheSameClaim) {
-  WorldOptions options;
-  options.num_views = 15;
-  options.sigma_px = 0.005;
-  options.max_tilt_deg = 1;
-  options.min_distance_m = 0.45;
-  options.max_distance_m = 0.7;
-  const Lens lens = Perspective({900, 900, 644, 396, 0.09, -0.22, 6e-4, -4e-4, 0.13});
   for (int seed = 1; seed <= 3; ++seed) {
-    const Dataset dataset = make_world(lens, seed, options);
+    const Dataset dataset = nearly_frontal_world(seed, 0.005, 1);
     const Calibration usual = calibrate(dataset, with_model("opencv5"));
     CalibrateOptions far = with_model("opencv5");
     far.start_focal_px = 180;

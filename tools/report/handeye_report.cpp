@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
-#include <numbers>
 
 #include "job/terminal.hpp"
+#include "job/view_values.hpp"
 #include "report/findings.hpp"
 #include "report/json_parts.hpp"
 #include "report/rig_report.hpp"
@@ -15,9 +15,6 @@
 namespace tagcal::tools {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
-constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr std::size_t kWorst = 3;  // views that are shown
 
 std::string handeye_verdict(const HandeyeEstimate& handeye) {
@@ -53,12 +50,12 @@ std::string place_lines(const std::string& title, const Pose& pose, const Matrix
 std::string robot_lines(const HandeyeEstimate& handeye) {
   std::string text = fmt::format(
       "\nrobot    {} mm and {} deg per axis (+- {:.0f} % and {:.0f} %), board's spread {} mm\n",
-      two_digits(1e3 * handeye.robot_sigma_m), two_digits(kDegrees * handeye.robot_sigma_rad),
+      two_digits(1e3 * handeye.robot_sigma_m), two_digits(degrees(handeye.robot_sigma_rad)),
       100 * handeye.robot_sigma_m_share, 100 * handeye.robot_sigma_rad_share,
       two_digits(1e3 * handeye.board_spread_m));
   text += fmt::format("axes     turned by {} deg (RMS), spread {} deg (45 is best)\n",
-                      two_digits(kDegrees * handeye.rotation_rad),
-                      two_digits(kDegrees * handeye.axis_spread_rad));
+                      two_digits(degrees(handeye.rotation_rad)),
+                      two_digits(degrees(handeye.axis_spread_rad)));
   return text;
 }
 
@@ -71,7 +68,7 @@ std::string worst_lines(const HandeyeEstimate& handeye, std::span<const HandeyeV
     text +=
         fmt::format("{}{}  {} mm, {} deg, {:.1f} sd\n", text.empty() ? "worst    " : "         ",
                     views[fit.view].image, two_digits(1e3 * fit.error_m),
-                    two_digits(kDegrees * fit.error_rad), fit.score);
+                    two_digits(degrees(fit.error_rad)), fit.score);
   return text;
 }
 

@@ -16,7 +16,7 @@ std::vector<CalibrationSolver> all_solvers() {
 
 // A pose whose board normal is fixed up to a small spread, with random position and roll.
 Pose draw_parallel(double spread_deg, Random& random) {
-  constexpr double kTilt = 30 * kDegree;
+  constexpr double kTilt = 30 * kDegree;  // of all boards, to the optical axis
   const Eigen::Quaterniond facing(0, 1, 0, 0);
   const double azimuth = random.uniform(0, 2 * std::numbers::pi);
   const double off = spread_deg * kDegree * random.uniform();

@@ -20,13 +20,13 @@ cv::Mat translation_of(const Pose& pose) {
   return (cv::Mat_<double>(3, 1) << t.x(), t.y(), t.z());
 }
 
-// What is no rotation is no answer.
+// No value for a matrix that is not a rotation.
 std::optional<Pose> pose_from(const cv::Mat& r, const cv::Mat& t) {
   if (r.total() != 9 || t.total() != 3 || !cv::checkRange(r) || !cv::checkRange(t)) return {};
   Eigen::Matrix3d rotation;
   for (int i = 0; i < 3; ++i)
     for (int k = 0; k < 3; ++k) rotation(i, k) = r.at<double>(i, k);
-  constexpr double kSingular = 1e-6;
+  constexpr double kSingular = 1e-6;  // numeric: determinant of a rotation is 1
   if (!(rotation.determinant() > kSingular)) return {};
   return Pose(nearest_rotation(rotation), {t.at<double>(0), t.at<double>(1), t.at<double>(2)});
 }

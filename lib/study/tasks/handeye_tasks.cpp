@@ -131,8 +131,8 @@ HandeyeTask draw_handeye(const HandeyeKind& kind, Random& random) {
                      kHandeyeImage};
   task.camera = known_camera(truth, kind.known_lens, random);
   const CameraPoses poses(kind, centre, random);
-  constexpr int kTries = 10000;
-  constexpr std::size_t kFewest = 24;
+  constexpr int kTries = 10000;        // a limit of work: most poses see the board
+  constexpr std::size_t kFewest = 24;  // corners of a view, of 64
   double distances = 0;
   for (int i = 0; i < kTries && std::ssize(task.views) < kind.num_poses; ++i) {
     const Pose camera_from_board = poses.draw(random);

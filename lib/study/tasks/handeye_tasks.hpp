@@ -14,7 +14,7 @@
 
 namespace tagcal::study {
 
-// What is wrong with the robot's poses.
+// The fault of the robot's poses.
 enum class RobotMistake { none, inverse, millimetres, quaternion_order, shifted };
 
 struct HandeyeKind {

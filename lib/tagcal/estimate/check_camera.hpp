@@ -32,7 +32,7 @@ CameraCheck check_camera(const Dataset& dataset, const UncertainCamera& known,
 CameraCheck check_rig(const RigDataset& dataset, const KnownRig& known,
                       const CheckOptions& options = {});
 
-// What a check says of the pictures of one pose: a warning if they contradict the camera beyond
+// The check of a single view: a warning if its residuals contradict the camera beyond
 // p = 0.0001, with the numbers of the check. No value otherwise, and for a view of few corners.
 std::optional<Finding> contradiction_of_camera(const View& view,
                                                const std::vector<PlacedBoard>& boards,

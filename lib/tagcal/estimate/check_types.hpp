@@ -27,7 +27,7 @@ struct CheckOptions {
   std::size_t num_threads = 1;  // 0: one per core; the answer does not depend on it
 };
 
-// What may change in a camera: the leanest kinds first.
+// The kinds of change of a camera, the leanest first.
 enum class ChangeKind {
   focal_length,      // both focal lengths by the same share
   principal_point,   // (cx, cy)

@@ -15,7 +15,7 @@
 
 namespace tagcal {
 
-// What is known of one unit: the p values of a calibration, and their covariance (p x p), positive
+// The values of one unit: the p parameters of a calibration, and their covariance (p x p), positive
 // semi-definite (covariance_defect).
 struct UnitValues {
   std::vector<double> values;

@@ -199,7 +199,7 @@ class HandeyeRun {
   // The minimum of the views that agree, with the robot's poses at the offset, which is estimated
   // if asked for.
   std::optional<HandeyeMinimum> minimum_at_offset() {
-    constexpr int kRounds = 4;
+    constexpr int kRounds = 4;       // a limit of work: the offset converges in two
     constexpr double kSmall = 1e-5;  // numeric: s
     std::optional<HandeyeMinimum> minimum;
     for (int i = 0; i < kRounds; ++i) {

@@ -33,7 +33,8 @@ class Candidates {
     for (std::size_t c = 0; c < fit.state.cameras.size(); ++c) {
       if (fit.cameras[c].num_views == 0) continue;
       add_lens(c, size);
-      // Of two cameras the move of one is that of the other.
+      // Two cameras show their relative place only: a move of either is named as
+      // one of the camera that is not the reference.
       const bool is_reference = c == fit.state.poses.reference;
       if (layout_.pose[c] || (is_reference && connected > 2)) add_place(c, size);
     }
@@ -171,7 +172,7 @@ DetectableChange detectable(const Candidate& candidate, const ChangeTest& test,
   const VectorXd least = test.least_shown(candidate.basis, candidate.pixels);
   DetectableChange change{candidate.camera, candidate.kind,
                           lengths(candidate.pixels * least).second, 0};
-  constexpr double kMillimetres = 1000;
+  constexpr double kMillimetres = 1000;  // of a metre
   if (candidate.kind == ChangeKind::focal_length) {
     const Lens lens = fit.state.cameras[candidate.camera].lens();
     change.size = std::abs(least[0]) * parameters(lens)[0];

@@ -34,7 +34,7 @@ VectorXd step_to_known(const FreeFit& fit, const RigLayout& layout, const KnownR
   return step;
 }
 
-// What is known of places, lenses and the shape of the board.
+// The covariance of places, lenses and the shape of the board before the pictures.
 MatrixXd known_covariance(const FreeFit& fit, const RigLayout& layout, const KnownRig& known) {
   const RigState& state = fit.state;
   const Bundle& first = state.cameras.front();

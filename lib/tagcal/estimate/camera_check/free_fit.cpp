@@ -303,7 +303,8 @@ class Fitting {
     return instants.size();
   }
 
-  // What the inliers show, and what the known camera leaves of them with poses of its own.
+  // The noise of the inliers under the free camera, and their RMS under the known camera, each with
+  // its own poses.
   void describe(std::size_t c) {
     CheckedCamera& camera = fit_.cameras[c];
     const Bundle& bundle = fit_.state.cameras[c];

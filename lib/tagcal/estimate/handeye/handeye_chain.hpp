@@ -8,9 +8,9 @@
 
 namespace tagcal::internal {
 
-constexpr double kDegrees = 180 / std::numbers::pi;
+constexpr double kDegrees = 180 / std::numbers::pi;  // of a radian
 
-// What a hand-eye calibration estimates, besides the robot's poses.
+// The places that a hand-eye calibration estimates, besides the robot's poses.
 struct HandeyePlaces {
   Pose mount_from_camera, holder_from_board;
 };

@@ -66,10 +66,10 @@ AxisSpread axis_spread(std::span<const Pose> poses) {
 }
 
 double widening(double degrees_of_freedom) {
-  constexpr int kParameters = 6;
+  constexpr int kParameters = 6;         // of a pose
   constexpr double kQuantile95 = 1.645;  // numeric: of the normal distribution, one-sided
   constexpr double kLeast = 1.0;         // of freedoms: below, F has no width to speak of
-  constexpr int kHalvings = 40;
+  constexpr int kHalvings = 40;          // numeric: bisection to the last digits
   const double freedoms = std::max(kLeast, degrees_of_freedom);
   double low = 1, high = 1e4;
   for (int i = 0; i < kHalvings; ++i) {

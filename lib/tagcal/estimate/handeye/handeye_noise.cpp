@@ -70,7 +70,7 @@ std::optional<HandeyeState> advanced(const HandeyeProblem& problem, const Handey
                                      const HandeyeEquations& equations, const RobotNoise& noise,
                                      const HandeyeEquations::Solution& solved) {
   HandeyeState next = equations.stepped(problem, state, noise, solved.step);
-  constexpr int kHalvings = 6;
+  constexpr int kHalvings = 6;        // a limit of work
   constexpr double kRounding = 1e-9;  // numeric: of the cost
   for (int i = 0; i < kHalvings; ++i) {
     const auto there = HandeyeEquations::at(problem, next);
@@ -91,11 +91,21 @@ std::optional<HandeyeState> advanced(const HandeyeProblem& problem, const Handey
   return std::nullopt;
 }
 
+// The joint covariance, which includes that of the lens.
+std::optional<MatrixXd> covariance_of(const HandeyeEquations& equations, const RobotNoise& noise,
+                                      const UncertainCamera& camera) {
+  const auto solved = equations.solve(noise);
+  if (!solved) return std::nullopt;
+  if (!camera.model || camera.covariance.size() == 0) return solved->covariance;
+  const MatrixXd response = equations.response_to_lens(noise, solved->covariance);
+  return MatrixXd(solved->covariance + response * camera.covariance * response.transpose());
+}
+
 }  // namespace
 
 std::optional<NoiseEstimate> estimate_noise(const HandeyeEquations& equations,
                                             const RobotNoise& start) {
-  constexpr int kSteps = 8;
+  constexpr int kSteps = 8;             // a limit of work: it continues in the next iteration
   constexpr double kLargestStep = 1.5;  // numeric: of a logarithm
   constexpr double kSmallStep = 0.02;   // numeric: 2 % of a standard deviation
   NoiseEstimate found{start, {}};
@@ -121,18 +131,15 @@ std::optional<NoiseEstimate> estimate_noise(const HandeyeEquations& equations,
 std::optional<MatrixXd> covariance_at(const HandeyeProblem& problem, const HandeyeState& state,
                                       const RobotNoise& noise) {
   const auto equations = HandeyeEquations::at(problem, state);
-  const auto solved = equations ? equations->solve(noise) : std::nullopt;
-  if (!solved) return std::nullopt;
-  if (!problem.camera.model || problem.camera.covariance.size() == 0) return solved->covariance;
-  const MatrixXd response = equations->response_to_lens(noise, solved->covariance);
-  return MatrixXd(solved->covariance + response * problem.camera.covariance * response.transpose());
+  if (!equations) return std::nullopt;
+  return covariance_of(*equations, noise, problem.camera);
 }
 
 std::optional<HandeyeMinimum> minimise_bundle(const HandeyeProblem& problem, HandeyeState start,
                                               const RobotNoise& noise) {
   HandeyeMinimum result{std::move(start), {noise, {}}, false, {}, 0};
   auto equations = HandeyeEquations::at(problem, result.state);
-  constexpr int kIterations = 20;
+  constexpr int kIterations = 20;      // a limit of work; beyond it is not_converged
   constexpr double kSmallStep = 1e-4;  // numeric: squared, in standard deviations
   for (int i = 0; equations && i < kIterations && !result.converged; ++i) {
     const RobotNoise before = result.noise.noise;
@@ -153,8 +160,9 @@ std::optional<HandeyeMinimum> minimise_bundle(const HandeyeProblem& problem, Han
                        std::abs(std::log(found->noise.sigma_rad / before.sigma_rad)) < kSame;
     if (!next && !result.converged && i > 2) break;
   }
-  const auto covariance = covariance_at(problem, result.state, result.noise.noise);
-  if (!equations || !covariance) return std::nullopt;
+  if (!equations) return std::nullopt;
+  const auto covariance = covariance_of(*equations, result.noise.noise, problem.camera);
+  if (!covariance) return std::nullopt;
   result.covariance = *covariance;
   result.degrees_of_freedom = freedoms(*equations, result.noise);
   return result;

@@ -131,7 +131,7 @@ std::optional<RobustHandeyeStart> robust_places(std::span<const HandeyePair> vie
   RobustHandeyeStart result{best->places, std::vector<std::uint8_t>(views.size(), 1)};
   if (std::ssize(views) < policy::kFewestHandeyeMedian || is_plain(*best, scale)) return result;
   *best = with_triples(*std::move(best), views, mount, scale);
-  constexpr int kRounds = 4;
+  constexpr int kRounds = 4;  // a limit of work
   for (int i = 0; i < kRounds; ++i) {
     const auto chosen = agreeing(*best, scale);
     auto next = start_of_some(views, chosen, mount, scale);
