@@ -3,9 +3,9 @@
 # nothing left to do. `--python` also builds the Python module for Debian's python3, from then on
 # with every run; another Python is chosen by configuring build/release with -D Python_EXECUTABLE.
 # `--peers` also installs the programs of others that read our files in tests, `--browser` the
-# browser that opens the pages of tagcal report in a test, `--package` what
-# `tools/package.sh --check` needs, `--checks` what tools/fuzz.sh and the preset `clang` need.
-# `--no-build` installs only.
+# browser that opens the pages of tagcal report in a test, `--engines` Slurm and Dask for the tests
+# of fleets, `--package` what `tools/package.sh --check` needs, `--checks` what tools/fuzz.sh and the
+# preset `clang` need. `--no-build` installs only.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -23,8 +23,8 @@ python=(
 )
 peers=(
   ffmpeg zstd sqlite3 libheif-examples colmap python3-mrcal python3-camera-calibration-parsers python3-yaml
-  slurmctld slurmd slurm-client munge python3-distributed  # of tests/fleet
 )
+engines=(slurmctld slurmd slurm-client munge python3-distributed)
 checks=(clang libclang-rt-dev llvm valgrind locales)
 browser=(chromium chromium-driver python3-selenium python3-pytest)
 
@@ -38,12 +38,13 @@ for option in "$@"; do
       ;;
     --peers) packages+=("${peers[@]}") ;;
     --browser) packages+=("${browser[@]}") ;;
+    --engines) packages+=("${engines[@]}") ;;
     --package) packages+=(mmdebstrap uidmap) ;;
     --checks) packages+=("${checks[@]}") ;;
     --no-build) build=no ;;
     *)
-      echo "setup.sh: $option: unknown option (known: --python, --peers, --browser, --package," \
-        "--checks, --no-build)" >&2
+      echo "setup.sh: $option: unknown option (known: --python, --peers, --browser, --engines," \
+        "--package, --checks, --no-build)" >&2
       exit 2
       ;;
   esac
