@@ -16,7 +16,7 @@ EXPECTED = {
     "difference": ["difference", "difference-parameters"],
     "poses": [*RESIDUALS, "rms", "views", "scene"],
     "bare": ["uncertainty"],
-    "rig": ["pairs", "depth", "rig", "instants", *3 * ["coverage", "uncertainty"]],
+    "rig": ["pairs", "depth", "rectified", "rig", "instants", *3 * ["coverage", "uncertainty"]],
     "rig_file": ["depth", "rig", *3 * ["uncertainty"]],
     "hostile": ["coverage", *RESIDUALS, "uncertainty", "rms", "views", "scene"],
 }

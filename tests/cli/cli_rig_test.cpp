@@ -192,6 +192,9 @@ TEST_F(CliRig, ThePageHasTheNumbersOfTheTerminal) {
     EXPECT_NE(terminal.find(row), std::string::npos) << row << out.out;
     EXPECT_EQ(camera["corners"]["u"].size(), camera["corners"]["rejected"].size());
   }
+  const std::string picture = page["rectified"]["uri"];
+  EXPECT_TRUE(picture.starts_with("data:image/jpeg;base64,/9j/")) << picture.substr(0, 40);
+  EXPECT_EQ(page["rectified"]["b"], 1);
   ASSERT_EQ(page["instants"].size(), 12U);
   for (const Json& instant : page["instants"]) EXPECT_EQ(instant["state"], "used");
   EXPECT_FALSE(page["cameras"][0].contains("centre_axes_m"));  // the reference

@@ -43,7 +43,7 @@ CameraCheck check_of_rig(const CheckArguments& arguments) {
   if (!arguments.input.target.empty()) rig.targets = {arguments.input.target};
   rig.pair = arguments.pair;
   rig.threads = arguments.threads;
-  const RigDataset data = read_rig(rig);
+  const RigDataset data = read_rig(rig).rig;
   const KnownRig known = rig_of(data, read_camera_file(arguments.camera), arguments.camera);
   return naming(arguments.camera, [&] { return check_rig(data, known, arguments.options); });
 }

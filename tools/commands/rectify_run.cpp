@@ -9,7 +9,7 @@
 #include <optional>
 
 #include "commands/rig_input.hpp"
-#include "draw/canvas.hpp"
+#include "draw/rectified_sheet.hpp"
 #include "job/camera_input.hpp"
 #include "job/command.hpp"
 #include "job/find_corners.hpp"
@@ -38,8 +38,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kMostSheets = 5;  // pictures with lines across both views
-constexpr int kNumLines = 16;
-constexpr int kSheetWidth = 2000;  // px at most
+constexpr int kSheetWidth = 2000;       // px at most
 // A disparity that is this many times what the claims expect is worth a warning: pictures of
 // different instants, or a camera that moved, are far beyond it.
 constexpr double kMuchLarger = 3;
@@ -257,40 +256,16 @@ class RectifyRun {
         [&](int done, int) { progress.update(done); });
     if (!pairs_.empty()) fs::create_directories(folder / "lines");
     for (const std::size_t i : spread_indices(pairs_.size(), kMostSheets))
-      write_png(folder / sheet_of(i), sheet(i));
+      write_png(folder / sheet_of(i),
+                rectified_sheet(rig_, pair_,
+                                {read_image(pictures_[0].files[pairs_[i][0]]),
+                                 read_image(pictures_[1].files[pairs_[i][1]])},
+                                kSheetWidth));
   }
 
   void write_picture(const fs::path& folder, std::size_t i, std::size_t k, int threads) const {
     write_reprojected(pictures_[k].files[pairs_[i][k]], rectification(rig_, pair_, k), arguments_,
                       threads, folder / picture_of(i, k));
-  }
-
-  // Both rectified pictures side by side (one above the other, if the pair is vertical), and lines
-  // across both.
-  ImageRgb sheet(std::size_t i) const {
-    const ImageSize full = size_of(pair_.targets[0]);
-    const int step = std::max(1, (2 * std::max(full.width, full.height)) / kSheetWidth);
-    const ImageSize size{full.width / step, full.height / step};
-    const bool stacked = pair_.is_vertical;
-    Image8 both({stacked ? size.width : 2 * size.width, stacked ? 2 * size.height : size.height});
-    for (std::size_t k = 0; k < 2; ++k) {
-      const Image8 view =
-          reproject(read_image(pictures_[k].files[pairs_[i][k]]), rectification(rig_, pair_, k), {})
-              .image;
-      const int right = stacked ? 0 : static_cast<int>(k) * size.width;
-      const int down = stacked ? static_cast<int>(k) * size.height : 0;
-      for (int y = 0; y < size.height; ++y)
-        for (int x = 0; x < size.width; ++x) both(x + right, y + down) = view(x * step, y * step);
-    }
-    Canvas canvas(both);
-    const Rgb colours[] = {{230, 60, 50}, {40, 160, 60}, {50, 110, 230}};
-    for (int line = 0; line < kNumLines; ++line) {
-      const double at = (line + 0.5) / kNumLines * (stacked ? size.width : size.height);
-      const double end = stacked ? both.height() : both.width();
-      const Polyline across = stacked ? Polyline{{at, 0}, {at, end}} : Polyline{{0, at}, {end, at}};
-      canvas.draw({across}, {colours[line % 3], 1, 0.8});
-    }
-    return canvas.image();
   }
 
   void say_report() const {

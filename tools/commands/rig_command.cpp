@@ -116,7 +116,8 @@ void check_report(const Arguments& arguments) {
 int run(const Arguments& arguments) {
   check_text_writable(arguments.out);
   check_report(arguments);
-  const RigDataset rig = read_rig(arguments);
+  const RigInput input = read_rig(arguments);
+  const RigDataset& rig = input.rig;
   check_different(rig);
   check_ids(rig, arguments.targets);
   const RigOptions options = rig_options(arguments, rig);
@@ -126,7 +127,8 @@ int run(const Arguments& arguments) {
     write_whole(arguments.out, rig_yaml(answer));
     say_wrote(arguments.out);
   }
-  if (!arguments.report.empty()) write_page(arguments.report, rig_page(rig, answer, options));
+  if (!arguments.report.empty())
+    write_page(arguments.report, rig_page(rig, answer, options, input.pictures));
   print_answer(arguments.json ? rig_json(rig, answer, options.reference)
                               : rig_summary(answer, options.reference),
                arguments.json, answered ? arguments.out : "");
@@ -191,8 +193,7 @@ Command add_rig(CLI::App& app) {
       .text("FILE.html");
   add_flag(*command, "--json", arguments->json, "one JSON object on stdout");
   add_threads(*command, arguments->threads);
-  add_footer(*command,
-             "Example: tagcal rig left right --target board.yaml --out rig.yaml");
+  add_footer(*command, "Example: tagcal rig left right --target board.yaml --out rig.yaml");
   return {command, [arguments] { return run(*arguments); }};
 }
 

@@ -81,6 +81,28 @@ std::vector<Instant> paired(const RigInputArguments& arguments,
   return instants;
 }
 
+// A data set with the key rig.
+RigInput read_data_set(const RigInputArguments& arguments) {
+  RigFolder folder = read_rig_folder(arguments.input.inputs.front());
+  print_warnings(folder.warnings);
+  RigInput result;
+  for (std::size_t c = 0; c < folder.rig.cameras.size(); ++c) {
+    RigCamera& camera = folder.rig.cameras[c];
+    Input read = input_of(camera.name, camera.data, folder.files[c].images);
+    result.pictures.push_back(read.files);
+    if (!folder.files[c].observations.empty()) continue;
+    find_views(read, arguments.threads);
+    print_warnings(read.warnings);
+    camera.data.views = std::move(read.dataset.views);
+    if (!folder.files[c].times_s.empty())
+      camera.times_s = times_of(camera.data.views, folder.files[c]);
+  }
+  if (folder.rig.instants.empty() || arguments.pair != "name")
+    folder.rig.instants = paired(arguments, folder.rig.cameras);
+  result.rig = std::move(folder.rig);
+  return result;
+}
+
 }  // namespace
 
 std::vector<std::string> camera_names(const std::vector<std::string>& inputs) {
@@ -107,41 +129,26 @@ std::vector<std::string> names_of_folders(const std::vector<std::string>& inputs
   return camera_names(inputs);
 }
 
-RigDataset read_rig(const RigInputArguments& arguments) {
+RigInput read_rig(const RigInputArguments& arguments) {
   const std::vector<std::string>& inputs = arguments.input.inputs;
-  if (inputs.size() == 1 && is_rig_folder(inputs.front())) {
-    RigFolder folder = read_rig_folder(inputs.front());
-    print_warnings(folder.warnings);
-    for (std::size_t c = 0; c < folder.rig.cameras.size(); ++c) {
-      RigCamera& camera = folder.rig.cameras[c];
-      if (!folder.files[c].observations.empty()) continue;
-      Input read = input_of(camera.name, camera.data, folder.files[c].images);
-      find_views(read, arguments.threads);
-      print_warnings(read.warnings);
-      camera.data.views = std::move(read.dataset.views);
-      if (!folder.files[c].times_s.empty())
-        camera.times_s = times_of(camera.data.views, folder.files[c]);
-    }
-    if (folder.rig.instants.empty() || arguments.pair != "name")
-      folder.rig.instants = paired(arguments, folder.rig.cameras);
-    return std::move(folder.rig);
-  }
+  if (inputs.size() == 1 && is_rig_folder(inputs.front())) return read_data_set(arguments);
   const std::vector<std::string> names = names_of_folders(inputs);
   if (!arguments.corners.empty() && arguments.corners.size() != inputs.size())
     throw Error(fmt::format("--observations: needs a file for each of the {} cameras, got {}",
                             inputs.size(), arguments.corners.size()));
-  RigDataset rig;
+  RigInput result;
   for (std::size_t c = 0; c < inputs.size(); ++c) {
     Input input = camera_input(arguments, c);
     find_views(input, arguments.threads);
     print_warnings(input.warnings);
     if (num_corners(input.dataset.views) == 0)
       throw Error(inputs[c] + ": no picture shows the board; see tagcal detect --explain");
-    rig.cameras.push_back({names[c], std::move(input.dataset), {}});
-    set_times(input, rig.cameras.back());
+    result.rig.cameras.push_back({names[c], std::move(input.dataset), {}});
+    set_times(input, result.rig.cameras.back());
+    result.pictures.push_back(std::move(input.files));
   }
-  rig.instants = paired(arguments, rig.cameras);
-  return rig;
+  result.rig.instants = paired(arguments, result.rig.cameras);
+  return result;
 }
 
 Option add_pair(CLI::App& command, std::string& pair, const std::string& more) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -18,9 +20,15 @@ struct RigInputArguments {
   int threads = 0;
 };
 
-// The data set of a rig, with views: a data set with the key rig, or a folder or pattern for each
-// camera. Prints the warnings of reading. Throws Error.
-RigDataset read_rig(const RigInputArguments& arguments);
+// The data set of a rig, with views, and the files of its pictures.
+struct RigInput {
+  RigDataset rig;
+  std::vector<std::map<std::string, std::filesystem::path>> pictures;  // by camera and View::image
+};
+
+// From a data set with the key rig, or a folder or pattern for each camera. Prints the warnings of
+// reading. Throws Error.
+RigInput read_rig(const RigInputArguments& arguments);
 
 // Names of the cameras of folders or patterns: the last part of the paths that differs, without
 // what a pattern leaves open.

@@ -65,7 +65,7 @@ KnownRig rig_of(const RigDataset& data, const CameraFile& file, const std::strin
 
 std::vector<PoseReport> poses_of_rig(const RigInputArguments& arguments, const std::string& file,
                                      double sigma_px) {
-  const RigDataset data = read_rig(arguments);
+  const RigDataset data = read_rig(arguments).rig;
   const KnownRig rig = rig_of(data, read_camera_file(file), file);
   PoseOptions options;
   options.sigma_px = sigma_px;

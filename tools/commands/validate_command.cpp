@@ -189,7 +189,7 @@ int validate_places(const KnownRig& rig, const RigTruth& truth, RigValidation& a
 int run_rig(const Arguments& arguments) {
   RigInputArguments inputs;
   inputs.input.inputs = {arguments.dataset};
-  const RigDataset data = read_rig(inputs);
+  const RigDataset data = read_rig(inputs).rig;
   const CameraFile file = read_camera_file(arguments.calibration);
   const KnownRig rig = rig_of(data, file, arguments.calibration);
   if (arguments.truth && !data.truth)

@@ -11,6 +11,7 @@
 #include "page_data/board_data.hpp"
 #include "page_data/content_from_file.hpp"
 #include "page_data/page_parts.hpp"
+#include "page_data/rig_picture.hpp"
 #include "report/rig_report.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/calibrate_rig.hpp"
@@ -176,7 +177,8 @@ PageJson camera_of_answer_json(const RigCameraEstimate& camera, bool has_rig) {
 
 }  // namespace
 
-PageJson rig_page(const RigDataset& data, const RigCalibration& answer, const RigOptions& options) {
+PageJson rig_page(const RigDataset& data, const RigCalibration& answer, const RigOptions& options,
+                  const std::vector<std::map<std::string, std::filesystem::path>>& pictures) {
   PageJson page =
       start_of_page(title_of(data), answer.status, answer.findings, rig_verdict(answer));
   add_summary_of_rig(data, answer, page);
@@ -199,6 +201,7 @@ PageJson rig_page(const RigDataset& data, const RigCalibration& answer, const Ri
   page["pairs"] = PageJson::array();
   for (const RigPair& pair : answer.pairs)
     page["pairs"].push_back(rig_pair_json(pair, true, answer.cameras.size() > 2));
+  page["rectified"] = answered ? rectified_json(data, answer, pictures) : PageJson();
   page["boards"] = boards_json(placed_boards(data, answer, options));
   page["instants"] = instants_json(data, answer);
   page["clocks"] = clocks_json(answer, options);

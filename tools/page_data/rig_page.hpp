@@ -1,7 +1,10 @@
 #pragma once
 
+#include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "page_data/json_values.hpp"
 #include "tagcal/estimate/rig_types.hpp"
@@ -9,8 +12,10 @@
 
 namespace tagcal::tools {
 
-// A rig that was just calibrated, with or without an answer. `options`: of that calibration.
-PageJson rig_page(const RigDataset& data, const RigCalibration& answer, const RigOptions& options);
+// A rig that was just calibrated, with or without an answer. `options`: of that calibration;
+// `pictures`: the files by camera and View::image.
+PageJson rig_page(const RigDataset& data, const RigCalibration& answer, const RigOptions& options,
+                  const std::vector<std::map<std::string, std::filesystem::path>>& pictures);
 
 // The rig of a file, which knows nothing of instants.
 PageJson rig_page(const CameraFile& file, const std::string& name);

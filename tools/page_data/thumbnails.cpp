@@ -115,7 +115,11 @@ Small read_one(const fs::path& file, const ImageSize& image_size, int width, Thu
   return small;
 }
 
+std::string uri_of(const std::string& jpeg) { return "data:image/jpeg;base64," + base64(jpeg); }
+
 }  // namespace
+
+std::string jpeg_uri(const Picture& picture) { return uri_of(jpeg_bytes(picture, kQuality)); }
 
 std::vector<Thumbnail> thumbnails(const std::vector<fs::path>& files, const ImageSize& image_size,
                                   int threads) {
@@ -142,7 +146,7 @@ std::vector<Thumbnail> thumbnails(const std::vector<fs::path>& files, const Imag
                                       std::max(16, static_cast<int>(scale * result[i].size.width)));
       smalls[i].jpeg = jpeg_bytes(shrunk(smalls[i].picture, result[i].size), kQuality);
     }
-    result[i].data_uri = "data:image/jpeg;base64," + base64(smalls[i].jpeg);
+    result[i].data_uri = uri_of(smalls[i].jpeg);
     smalls[i] = {};
   });
   return result;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tagcal/camera/camera.hpp"
+#include "tagcal/scene/image.hpp"
 
 namespace tagcal::tools {
 
@@ -15,6 +16,9 @@ struct Thumbnail {
   ImageSize picture_size;
   std::string problem;  // a sentence: why there is none
 };
+
+// "data:image/jpeg;base64,..", as a page shows it.
+std::string jpeg_uri(const Picture& picture);
 
 // Small copies of pictures, by the library's own resampling. An empty path is a picture that is not
 // known. Pictures that cannot be read are no error. `image_size`: what all should have.

@@ -15,6 +15,7 @@ import { parameters } from "./sections/parameters.js";
 import { residuals } from "./sections/residuals.js";
 import { rigCameras, rigLenses, rigNext } from "./sections/rig.js";
 import { rigDepth, rigPairs } from "./sections/rig_pairs.js";
+import { rigRectified } from "./sections/rig_rectified.js";
 import { rigScene } from "./sections/rig_scene.js";
 import { rigTimeline } from "./sections/rig_timeline.js";
 import { scene } from "./sections/scene.js";
@@ -28,8 +29,8 @@ const CALIBRATION = [findings, parameters, coverage, advice, residuals, uncertai
 const SECTIONS = {
   calibration: CALIBRATION,
   poses: [findings, views, scene, residuals, formats, madeBy],
-  rig: [findings, rigNext, rigCameras, rigScene, rigPairs, rigDepth, rigTimeline, rigLenses, formats,
-    madeBy],
+  rig: [findings, rigNext, rigCameras, rigScene, rigPairs, rigDepth, rigRectified, rigTimeline,
+    rigLenses, formats, madeBy],
   difference: [findings, difference, formats, madeBy],
   fleet: [findings, fleetPopulation, fleetWorst, fleetDrifts, fleetCharts, madeBy],
 };
