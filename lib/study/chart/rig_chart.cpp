@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "study/chart/chart_study.hpp"
+#include "study/peers/mrcal_peer.hpp"
 #include "study/tasks/rig_tasks.hpp"
 #include "tagcal/estimate/bundle/covariance.hpp"
 
@@ -53,8 +54,9 @@ void add_panel(const RigKind& kind, bool of_rotation, ChartStudy& study) {
   panel.panel = {"",
                  of_rotation ? "rotation" : "baseline",
                  fmt::format("{} cameras, {} instants", kind.num_cameras, kind.num_instants),
-                 {"mrcal: its rigs are not called here"}};
-  const auto methods = rig_methods();
+                 {}};
+  if (!has_mrcal()) panel.panel.cannot.emplace_back("mrcal: not there when this was built");
+  const auto methods = rig_methods(kind);
   panel.methods = study.numbers_of(methods);
   panel.draw = [kind, of_rotation, methods](Random& random) {
     const RigTask task = draw_rig(kind, random);
@@ -80,7 +82,8 @@ ChartStudy rig_study(bool quick) {
   for (const auto& [cameras, instants] :
        quick ? Sizes{{2, 5}, {2, 10}} : Sizes{{2, 5}, {2, 20}, {2, 100}, {4, 20}})
     for (const bool of_rotation : {true, false})
-      add_panel({.num_cameras = cameras, .num_instants = instants}, of_rotation, study);
+      add_panel({.num_cameras = cameras, .num_instants = instants, .is_grid = true}, of_rotation,
+                study);
   return study;
 }
 

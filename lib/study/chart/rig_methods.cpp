@@ -126,16 +126,34 @@ RigMethod opencv_rig(const std::string& name, const std::string& settings, int f
               "standard deviations; neighbours of more than two cameras are chained"};
 }
 
+RigMethod mrcal_rig() {
+  const auto answer_of = [](const std::vector<Pose>& poses) {
+    RigAnswer answer;
+    answer.camera_from_first = poses;
+    if (!poses.empty()) answer.said = "answer";
+    return answer;
+  };
+  const auto solve = [](const RigTask& task) {
+    const Lens& lens = task.rig.cameras.front().data.truth->camera.lens;
+    return calibrate_rig_by_mrcal(task.rig, parameters(lens)[0]);
+  };
+  return {
+      "mrcal", [=](const RigTask& task) { return prepare_task<RigAnswer>(task, solve, answer_of); },
+      "LENSMODEL_OPENCV5 in the three stages of its tool, all cameras together, the true f of the "
+      "first given, poses by solvePnP; no outliers looked for, no regularisation, no "
+      "uncertainties"};
+}
+
 }  // namespace
 
-std::vector<RigMethod> rig_methods() {
+std::vector<RigMethod> rig_methods(const RigKind& kind) {
   const auto ours = [](const std::string& name, const std::string& settings, auto solve) {
     return RigMethod{
         name,
         [solve](const RigTask& task) { return prepare_task<RigAnswer>(task, solve, &our_answer); },
         settings};
   };
-  return {
+  std::vector<RigMethod> methods = {
       ours("tagcal rig",
            "opencv5 by its name, lenses and places together, clocks, moves and wrong corners "
            "looked for, with the joint covariance; one thread",
@@ -146,6 +164,8 @@ std::vector<RigMethod> rig_methods() {
       opencv_rig("OpenCV stereoCalibrate", "CALIB_USE_INTRINSIC_GUESS",
                  cv::CALIB_USE_INTRINSIC_GUESS),
       opencv_rig("OpenCV stereoCalibrate, fixed", "CALIB_FIX_INTRINSIC", cv::CALIB_FIX_INTRINSIC)};
+  if (kind.is_grid && has_mrcal()) methods.push_back(mrcal_rig());
+  return methods;
 }
 
 }  // namespace tagcal::study

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "study/peers/mrcal_peer.hpp"
-#include "tagcal/scene/dataset.hpp"
+#include "tagcal/scene/rig.hpp"
 
 // Data sets in the form of the peers' calibrations. Private to study.
 
@@ -29,9 +29,12 @@ struct OpenCvViews {
   std::vector<cv::Mat> turns, moves;
 };
 
-// The problem of one board, a square grid of points that are numbered row by row, and its solution.
-// The initial poses are those of cv::solvePnP for a pinhole with the focal length.
+// By mrcal (mrcal_peer.hpp), of one board: a square grid of points that are numbered row by row.
+// The initial poses are those of cv::solvePnP for a pinhole with the focal length; cameras of a rig
+// begin where the first instant that they share with the first camera has them.
 MrcalProblem mrcal_problem(const Dataset& dataset, double focal_px);
 std::vector<double> calibrate_by_mrcal(const Dataset& dataset, double focal_px);
+// The poses of all cameras, from the first; none if a camera shares no instant with it.
+std::vector<Pose> calibrate_rig_by_mrcal(const RigDataset& rig, double focal_px);
 
 }  // namespace tagcal::study

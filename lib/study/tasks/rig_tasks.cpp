@@ -21,7 +21,9 @@ using Eigen::Vector3d;
 constexpr double kRigSigmaPx = 0.2;  // of a coordinate: that of a good detector
 constexpr ImageSize kRigImage = {1280, 800};
 const Vector3d kBoardCentre(0.33, 0.33, 0);
-constexpr int kSecondBoard = 100;  // its first tag
+constexpr int kSecondBoard = 200;  // its first tag
+constexpr int kGridPoints = 12;    // across
+constexpr double kGridSpacingM = 0.06;
 
 Vector6d random_step(Random& random, double rad, double m) {
   Vector6d step;
@@ -87,9 +89,17 @@ std::function<Pose(double)> motion_of(const RigKind& kind, Random& random) {
   return [stills](double t) { return stills[static_cast<std::size_t>(t)]; };
 }
 
+Board regular_grid() {
+  Points grid;
+  for (int i = 0; i < kGridPoints * kGridPoints; ++i)
+    grid.points.push_back(
+        {{i, 0}, {kGridSpacingM * (i % kGridPoints), kGridSpacingM * (i / kGridPoints), 0}});
+  return make_board(grid);
+}
+
 std::vector<PlacedBoard> boards_of(const RigKind& kind, const Pose& second_from_first,
                                    const Pose& first_look, Random& random) {
-  const Board first = make_board(AprilGrid{6, 6, 0.088, 0.3, 0});
+  const Board first = kind.is_grid ? regular_grid() : make_board(AprilGrid{6, 6, 0.088, 0.3, 0});
   if (!kind.is_wheel) return {{first, Pose()}};
   // The second board stands where the second camera looks at first.
   return {{first, Pose()},

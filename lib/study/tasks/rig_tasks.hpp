@@ -8,7 +8,7 @@
 #include "tagcal/random.hpp"
 #include "tagcal/scene/rig.hpp"
 
-// Rigs for studies: perspectives of 1280 x 800 pixels on one body, before a board of 6 x 6 tags.
+// Rigs for studies: perspectives of 1280 x 800 pixels on one body, before a board of 0.66 m.
 
 namespace tagcal::study {
 
@@ -21,6 +21,7 @@ struct RigKind {
   // Two cameras back to back, each before a board of its own whose place is unknown, on a body that
   // turns by up to 0.5 rad about x, and by up to `other_turns` rad about y and z.
   bool is_wheel = false;
+  bool is_grid = false;  // the board is a regular grid of 12 x 12 points, which mrcal needs
   double other_turns = 0;
 };
 
@@ -49,6 +50,7 @@ using RigMethod = Method<RigTask, RigAnswer>;
 
 // `tagcal rig`, and OpenCV's stereoCalibrate after calibrateCamera of each camera, both with lenses
 // that are estimated and held. Of more than two cameras OpenCV's pairs of neighbours are chained.
-std::vector<RigMethod> rig_methods();
+// mrcal, if installed, for rigs before a regular grid.
+std::vector<RigMethod> rig_methods(const RigKind& kind = {});
 
 }  // namespace tagcal::study
