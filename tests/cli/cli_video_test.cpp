@@ -1,5 +1,10 @@
 // Videos among the pictures, from outside.
+#include <fmt/format.h>
+
+#include <algorithm>
+
 #include "cli_fixture.hpp"
+#include "tagcal/io/image_file.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -117,6 +122,67 @@ TEST_F(CliVideo, BadInputIsOneLine) {
     EXPECT_NE(out.err.find(message), std::string::npos) << out.err;
     EXPECT_EQ(std::ranges::count(out.err, '\n'), 1) << out.err;
     EXPECT_FALSE(fs::exists(root() / "none.csv"));
+  }
+}
+
+// A camera that goes about the board and rests eight times is watched while it sends.
+TEST_F(CliVideo, ALiveOneIsWatched) {
+  spill(root() / "walk.yaml",
+        "camera: {image_size: [480, 360], model: pinhole, f: 400}\n"
+        "boards:\n"
+        "  - target: {target_type: aprilgrid, tagCols: 4, tagRows: 4, tagSize: 0.08, tagSpacing: "
+        "0.3}\n"
+        "    world_from_board: {translation_m: [-0.2, -0.2, 0]}\n"
+        "path: {type: orbit, distance_m: [0.6, 0.8, 0.6], azimuth_deg: [-90, 150], elevation_deg: "
+        "[75, 45]}\n"
+        "views: 57\n"
+        "sensor: {blur_px: 0.6, noise_levels: 1}\n");
+  ASSERT_EQ(run("render " + path("walk.yaml") + " --out " + path("walk")).exit_code, 0);
+  std::ofstream video(root() / "live.mjpeg", std::ios::binary);
+  int frame = 0;
+  std::vector<std::string> rests;
+  for (int view = 0; view < 57; ++view) {
+    const std::string jpeg =
+        jpeg_bytes(read_image(root() / fmt::format("walk/images/{:03}.png", view)), 95);
+    if (view % 8 == 0) rests.push_back(fmt::format("{:06}.jpg", frame + 1));
+    for (int k = 0; k < (view % 8 == 0 ? 5 : 1); ++k, ++frame) video << jpeg;
+  }
+  video.close();
+  const auto watch = [&](const std::string& sent, const std::string& options) {
+    return std::system(("cat " + path(sent) + " | " + TAGCAL_COMMAND + " watch - --target " +
+                        path("walk/target.yaml") + " --every 0.05 --out " + path("live.yaml") +
+                        " " + options + " >" + path("said.txt") + " 2>&1")
+                           .c_str());
+  };
+  ASSERT_EQ(watch("live.mjpeg", "--keep " + path("kept")), 0) << slurp(root() / "said.txt");
+  std::vector<std::string> kept;
+  for (const auto& file : fs::directory_iterator(root() / "kept"))
+    kept.push_back(file.path().filename().string());
+  std::ranges::sort(kept);
+  EXPECT_EQ(kept, rests);
+  const std::string said = slurp(root() / "said.txt");
+  EXPECT_NE(said.find("the video has ended"), std::string::npos) << said;
+  ASSERT_EQ(run("calibrate " + path("kept") + " --target " + path("walk/target.yaml") + " --out " +
+                path("again.yaml"))
+                .exit_code,
+            0);
+  const auto camera = [&](const std::string& file) {
+    const std::string text = slurp(root() / file);
+    return text.substr(0, text.find("views:"));
+  };
+  EXPECT_EQ(camera("live.yaml"), camera("again.yaml"));
+  EXPECT_NE(watch("live.mjpeg", "--keep " + path("kept")), 0);  // it exists
+  EXPECT_NE(slurp(root() / "said.txt").find("give a new folder"), std::string::npos);
+  for (const auto& [sent, message] :
+       {std::pair{"walk.yaml", "not MJPEG"}, {"/dev/null", "no picture"}}) {
+    const std::string file = sent[0] == '/' ? sent : path(sent);
+    EXPECT_EQ(WEXITSTATUS(std::system((std::string(TAGCAL_COMMAND) + " watch - --target " +
+                                       path("walk/target.yaml") + " <" + file + " >" +
+                                       path("said.txt") + " 2>&1")
+                                          .c_str())),
+              2);
+    EXPECT_NE(slurp(root() / "said.txt").find(message), std::string::npos)
+        << slurp(root() / "said.txt");
   }
 }
 

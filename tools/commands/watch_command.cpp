@@ -21,6 +21,7 @@
 #include "tagcal/io/image_file.hpp"
 #include "tagcal/io/target_file.hpp"
 #include "tagcal/io/text_file.hpp"
+#include "watch/live_frames.hpp"
 #include "watch/rig_session.hpp"
 #include "watch/watch_session.hpp"
 
@@ -35,6 +36,7 @@ struct Arguments {
   std::string target;
   double tag_size_m = 0;
   std::string out;
+  std::string keep;  // of the frames of a video; "": a temporary folder
   std::string until;
   std::string model;
   double timeout_s = 0;
@@ -121,28 +123,56 @@ int run_rig(const Arguments& arguments) {
   return RigSession(std::move(options), std::move(cameras), std::move(warnings)).run();
 }
 
-int run(const Arguments& arguments) {
-  if (arguments.rig) return run_rig(arguments);
-  if (arguments.folders.size() > 1)
-    throw Error("watch: takes one folder; those of several cameras on one body need --rig");
+WatchOptions options_of(const Arguments& arguments) {
   WatchOptions options;
-  options.folder = arguments.folders.front();
   options.goal_px = goal_of(arguments.until);
   options.timeout_s = arguments.timeout_s;
   options.json = arguments.json;
   options.every = pause_of(arguments);
   options.calibration = calibrate_options(arguments);
-  check_folder(options.folder);
-  options.out =
-      arguments.out.empty() ? default_out(options.folder, ".camera.yaml") : fs::path(arguments.out);
+  return options;
+}
+
+int watch(const Arguments& arguments, WatchOptions options, const fs::path& cache) {
   check_text_writable(options.out);
   check_replaces_nothing({options.out}, {arguments.target});
   std::vector<std::string> warnings;
   Board board = target_of(arguments, warnings);
-  WatchedPictures pictures(
-      options.folder, std::move(board),
-      {arguments.threads, cache_of(arguments, options.out), Interruption::requested});
+  WatchedPictures pictures(options.folder, std::move(board),
+                           {arguments.threads, cache, Interruption::requested});
   return WatchSession(std::move(options), pictures, std::move(warnings)).run();
+}
+
+// A live video on stdin.
+int run_live(const Arguments& arguments) {
+  WatchOptions options = options_of(arguments);
+  options.out = arguments.out.empty() ? "camera.yaml" : arguments.out;
+  std::vector<std::string> warnings;
+  target_of(arguments, warnings);  // its errors come before a folder is made
+  const LiveFrames frames(arguments.keep);
+  options.name = "the video on stdin";
+  options.folder = frames.folder();
+  options.has_ended = [&](std::string& why) {
+    why = frames.problem();
+    return frames.has_ended();
+  };
+  return watch(arguments, std::move(options), {});
+}
+
+int run(const Arguments& arguments) {
+  if (arguments.rig) return run_rig(arguments);
+  if (arguments.folders.size() > 1)
+    throw Error("watch: takes one folder; those of several cameras on one body need --rig");
+  if (arguments.folders.front() == "-") return run_live(arguments);
+  if (!arguments.keep.empty()) throw Error("--keep: needs a video on stdin (-)");
+  WatchOptions options = options_of(arguments);
+  options.name = arguments.folders.front();
+  options.folder = options.name;
+  check_folder(options.folder);
+  options.out =
+      arguments.out.empty() ? default_out(options.folder, ".camera.yaml") : fs::path(arguments.out);
+  const fs::path cache = cache_of(arguments, options.out);
+  return watch(arguments, std::move(options), cache);
 }
 
 }  // namespace
@@ -151,8 +181,10 @@ Command add_watch(CLI::App& app) {
   CLI::App* command =
       add_command(app, "watch", "calibrate while pictures are being taken: what to show next");
   const auto arguments = std::make_shared<Arguments>();
-  add_option(*command, "FOLDER", arguments->folders,
-             "the folder into which the pictures come; with --rig one for each camera")
+  add_option(
+      *command, "FOLDER", arguments->folders,
+      "the folder into which the pictures come, or - for the MJPEG video of a camera on stdin; "
+      "with --rig a folder for each camera")
       .required();
   add_flag(*command, "--rig", arguments->rig,
            "several cameras on one body: which pair needs the board next");
@@ -162,10 +194,15 @@ Command add_watch(CLI::App& app) {
   add_length(*command, "--tag-size", arguments->tag_size_m,
              "side of the tags in metres, if --target is a field layout of WPILib (0.1651)")
       .seldom();
-  add_option(*command, "--out", arguments->out,
-             "file for the camera, written whole after each picture that leaves an answer; "
-             "default: FOLDER.camera.yaml, of a rig rig.yaml, beside the folder")
+  add_option(
+      *command, "--out", arguments->out,
+      "file for the camera, written whole after each picture that leaves an answer; "
+      "default: FOLDER.camera.yaml, of a rig rig.yaml, beside the folder; of a video camera.yaml")
       .text("FILE");
+  add_option(*command, "--keep", arguments->keep,
+             "a new folder for the frames of the video that are used; default: they are not kept")
+      .seldom()
+      .text("DIR");
   add_option(*command, "--until", arguments->until,
              "end once the largest standard deviation of the projection at infinity over the image "
              "is at most this (0.1px), with corners in all parts of the image and 6 pictures")
@@ -184,12 +221,14 @@ Command add_watch(CLI::App& app) {
            "at the end one JSON object on stdout, as of tagcal calibrate; all else on stderr");
   add_no_cache(*command, arguments->no_cache);
   add_threads(*command, arguments->threads);
-  add_footer(*command,
-             "Example: tagcal watch photos --target board.yaml --until 0.1px\n"
-             "         tagcal watch photos --target board.yaml --out c.yaml --timeout 120\n"
-             "         tagcal watch left right --target board.yaml --until 0.1px --rig\n"
-             "Exit codes: 0 a calibration (with --until: the goal is met),\n"
-             "            1 the goal is not met, 2 bad input, 3 no calibration.");
+  add_footer(
+      *command,
+      "Example: tagcal watch photos --target board.yaml --until 0.1px\n"
+      "         tagcal watch photos --target board.yaml --out c.yaml --timeout 120\n"
+      "         ffmpeg -f v4l2 -i /dev/video0 -f mjpeg - | tagcal watch - --target board.yaml\n"
+      "         tagcal watch left right --target board.yaml --until 0.1px --rig\n"
+      "Exit codes: 0 a calibration (with --until: the goal is met),\n"
+      "            1 the goal is not met, 2 bad input, 3 no calibration.");
   return {command, [arguments] { return run(*arguments); }};
 }
 

@@ -1,10 +1,9 @@
 #include "job/frame_walk.hpp"
 
-#include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <utility>
 
+#include "job/frame_motion.hpp"
 #include "job/progress.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/internal/spread_indices.hpp"
@@ -16,64 +15,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A new look at the board: an eighth of a tag that is a tenth of the picture wide.
-constexpr double kStepShare = 0.0125;  // of the image's diagonal
-constexpr int kReducedSide = 160;      // px, of pictures whose motion is measured
-
-// A picture at a fraction of its size: means over squares of pixels.
-struct Reduced {
-  int factor = 1;
-  Image8 image;
-};
-
-Reduced reduced(const Image8& image) {
-  Reduced small;
-  small.factor = std::max(1, std::max(image.width(), image.height()) / kReducedSide);
-  const int f = small.factor;
-  small.image = Image8({image.width() / f, image.height() / f});
-  for (int y = 0; y < small.image.height(); ++y)
-    for (int x = 0; x < small.image.width(); ++x) {
-      int sum = 0;
-      for (int v = 0; v < f; ++v)
-        for (int u = 0; u < f; ++u) sum += image(f * x + u, f * y + v);
-      small.image(x, y) = static_cast<std::uint8_t>(sum / (f * f));
-    }
-  return small;
-}
-
-// The sums over a picture of the absolute differences along x and y, and from an earlier picture.
-// Their ratio is the mean normal flow: the motion in pixels (of |dI/dt| = |gradient . motion|).
-struct Change {
-  double gradient = 0;
-  double difference = 0;
-};
-
-Change change_of(const Image8& now, const Image8* before) {
-  Change sums;
-  for (int y = 0; y + 1 < now.height(); ++y)
-    for (int x = 0; x + 1 < now.width(); ++x) {
-      const int value = now(x, y);
-      sums.gradient += std::abs(now(x + 1, y) - value) + std::abs(now(x, y + 1) - value);
-      if (before) sums.difference += std::abs((*before)(x, y) - value);
-    }
-  return sums;
-}
-
 // Follows the motion from frame to frame.
 class Walk {
  public:
   void take(std::size_t frame, const Image8& image) {
-    Reduced now = reduced(image);
-    const bool is_like = now.image.size() == before_.size();
-    const Change change = change_of(now.image, is_like ? &before_ : nullptr);
-    if (change.gradient > sharpest_) {
-      sharpest_ = change.gradient;
+    const FrameMotion::Step step = motion_.take(image);
+    if (step.sharpness > sharpest_) {
+      sharpest_ = step.sharpness;
       best_ = frame;
     }
-    const double step_px = kStepShare * std::hypot(image.width(), image.height());
-    if (change.gradient > 0) moved_px_ += now.factor * change.difference / change.gradient;
-    before_ = std::move(now.image);
-    if (moved_px_ >= step_px) end_step();
+    moved_px_ += step.moved_px;
+    if (moved_px_ >= kStepShare * std::hypot(image.width(), image.height())) end_step();
   }
 
   void end_step() {
@@ -85,9 +37,9 @@ class Walk {
   std::vector<std::size_t> frames() { return std::move(frames_); }
 
  private:
-  Image8 before_;
+  FrameMotion motion_;
   double moved_px_ = 0;   // since the last step
-  double sharpest_ = -1;  // gradient of the best frame since then; -1: there is none
+  double sharpest_ = -1;  // sharpness of the best frame since then; -1: there is none
   std::size_t best_ = 0;
   std::vector<std::size_t> frames_;
 };

@@ -14,6 +14,7 @@
 #include "job/progress.hpp"
 #include "job/terminal.hpp"
 #include "report/calibration_report.hpp"
+#include "tagcal/error.hpp"
 #include "tagcal/estimate/findings.hpp"
 #include "tagcal/io/calibration_file.hpp"
 #include "tagcal/io/image_file.hpp"
@@ -25,6 +26,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kMissedLooks = 6;  // a folder that cannot be read so often is gone
+
+// After the end of a video: its last picture is ready after two looks (FolderFollower).
+constexpr int kQuietLooks = 2;
 
 constexpr std::size_t kMostRepeated = 5;  // pictures that are listed, each in its line
 
@@ -54,7 +58,7 @@ WatchSession::WatchSession(WatchOptions options, WatchedPictures& pictures,
 void WatchSession::greet() const {
   std::string text = wrapped("",
                              fmt::format("watching {}; the calibration goes to {}; Ctrl-C ends",
-                                         options_.folder.string(), options_.out.string()),
+                                         options_.name, options_.out.string()),
                              2);
   text += wrapped("",
                   "For each picture: the corners found, the share of the image inside the hull of "
@@ -90,7 +94,9 @@ WatchSession::End WatchSession::step() {
   if (listing) {
     missed_looks_ = 0;
     tell_unread();
-    if (take(follower_.look(*listing))) last_change_ = std::chrono::steady_clock::now();
+    const bool has_changed = take(follower_.look(*listing));
+    if (has_changed) last_change_ = std::chrono::steady_clock::now();
+    quiet_looks_ = has_changed || !has_video_ended() ? 0 : quiet_looks_ + 1;
   } else if (++missed_looks_ >= kMissedLooks) {
     return End::gone;
   }
@@ -98,7 +104,11 @@ WatchSession::End WatchSession::step() {
   if (Interruption::requested()) return End::interrupted;
   const std::chrono::duration<double> quiet = std::chrono::steady_clock::now() - last_change_;
   if (options_.timeout_s > 0 && quiet.count() > options_.timeout_s) return End::timeout;
-  return End::none;
+  return quiet_looks_ > kQuietLooks ? End::ended : End::none;
+}
+
+bool WatchSession::has_video_ended() {
+  return options_.has_ended && options_.has_ended(video_why_);
 }
 
 // Returns true if the pictures changed.
@@ -222,7 +232,9 @@ std::string WatchSession::end_text(End end) const {
                    2);
   std::string text;
   if (end == End::gone)
-    text = fmt::format("{}: the folder is gone\n", options_.folder.string());
+    text = fmt::format("{}: the folder is gone\n", options_.name);
+  else if (end == End::ended)
+    text = video_why_.empty() ? "the video has ended\n" : video_why_ + "\n";
   else if (end == End::timeout)
     text = fmt::format("no new picture for {}\n", duration_text(options_.timeout_s));
   else
@@ -234,6 +246,7 @@ std::string WatchSession::end_text(End end) const {
 }
 
 ExitCode WatchSession::finish(End end) {
+  if (end == End::ended && !video_why_.empty() && pictures_.size() == 0) throw Error(video_why_);
   std::string text = end_text(end);
   if (!kept_) {
     text += wrapped(

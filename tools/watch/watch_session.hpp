@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <set>
 #include <string>
@@ -17,6 +18,10 @@ namespace tagcal::tools {
 
 struct WatchOptions {
   std::filesystem::path folder;
+  std::string name;  // of the folder in messages
+  // Of a folder that a live video fills: true once no picture comes any more; `why`: the fault that
+  // ended it. Empty: pictures may always come.
+  std::function<bool(std::string& why)> has_ended;
   std::filesystem::path out;
   CalibrateOptions calibration;
   double goal_px = 0;  // 0: none
@@ -36,11 +41,12 @@ class WatchSession {
   ExitCode run();
 
  private:
-  enum class End { none, goal, gone, timeout, interrupted };
+  enum class End { none, goal, gone, timeout, ended, interrupted };
 
   void greet() const;
   End step();
   std::chrono::milliseconds pause() const;
+  bool has_video_ended();
   bool take(const FolderFollower::Events& events);
   void tell(const std::vector<PictureNews>& news, bool lists_boards);
   void recalibrate(Step step);
@@ -57,7 +63,9 @@ class WatchSession {
   FolderFollower follower_;
   std::chrono::steady_clock::time_point last_change_ = std::chrono::steady_clock::now();
   int missed_looks_ = 0;
-  bool is_first_ = true;  // the pictures that were there before
+  int quiet_looks_ = 0;    // since the video ended
+  std::string video_why_;  // it ended
+  bool is_first_ = true;   // the pictures that were there before
   Calibration calibration_;
   Standing standing_;
   std::optional<Calibration> kept_;  // the last answer, as it stands in the file
