@@ -225,7 +225,7 @@ Command add_watch(CLI::App& app) {
       *command,
       "Example: tagcal watch photos --target board.yaml --until 0.1px\n"
       "         tagcal watch photos --target board.yaml --out c.yaml --timeout 120\n"
-      "         ffmpeg -f v4l2 -i /dev/video0 -f mjpeg - | tagcal watch - --target board.yaml\n"
+      "         ffmpeg .. -f mjpeg - | tagcal watch - --target board.yaml\n"
       "         tagcal watch left right --target board.yaml --until 0.1px --rig\n"
       "Exit codes: 0 a calibration (with --until: the goal is met),\n"
       "            1 the goal is not met, 2 bad input, 3 no calibration.");
