@@ -73,10 +73,11 @@ Board target_of(const Arguments& arguments, std::vector<std::string>& warnings) 
   return board;
 }
 
-std::chrono::milliseconds pause_of(const Arguments& arguments) {
+WatchSettings settings_of(const Arguments& arguments) {
   constexpr double kDay_s = 86400;  // longer pauses are shortened to it
-  return std::chrono::milliseconds(
+  const std::chrono::milliseconds every(
       std::max(1L, std::lround(1000 * std::min(kDay_s, arguments.every_s))));
+  return {{}, goal_of(arguments.until), arguments.json, arguments.timeout_s, every};
 }
 
 CalibrateOptions calibrate_options(const Arguments& arguments) {
@@ -94,11 +95,7 @@ fs::path cache_of(const Arguments& arguments, const fs::path& out) {
 }
 
 int run_rig(const Arguments& arguments) {
-  RigWatchOptions options;
-  options.goal_px = goal_of(arguments.until);
-  options.timeout_s = arguments.timeout_s;
-  options.json = arguments.json;
-  options.every = pause_of(arguments);
+  RigWatchOptions options{settings_of(arguments), {}};
   options.calibration.calibrate = {calibrate_options(arguments)};
   const std::vector<std::string> names = names_of_folders(arguments.folders);
   for (const std::string& folder : arguments.folders) check_folder(folder);
@@ -125,13 +122,8 @@ int run(const Arguments& arguments) {
   if (arguments.rig) return run_rig(arguments);
   if (arguments.folders.size() > 1)
     throw Error("watch: takes one folder; those of several cameras on one body need --rig");
-  WatchOptions options;
-  options.folder = arguments.folders.front();
-  options.goal_px = goal_of(arguments.until);
-  options.timeout_s = arguments.timeout_s;
-  options.json = arguments.json;
-  options.every = pause_of(arguments);
-  options.calibration = calibrate_options(arguments);
+  WatchOptions options{settings_of(arguments), arguments.folders.front(),
+                       calibrate_options(arguments)};
   check_folder(options.folder);
   options.out =
       arguments.out.empty() ? default_out(options.folder, ".camera.yaml") : fs::path(arguments.out);
@@ -143,6 +135,28 @@ int run(const Arguments& arguments) {
       options.folder, std::move(board),
       {arguments.threads, cache_of(arguments, options.out), Interruption::requested});
   return WatchSession(std::move(options), pictures, std::move(warnings)).run();
+}
+
+// The calibration, and when it ends.
+void add_calibration(CLI::App& command, Arguments& arguments) {
+  add_option(command, "--out", arguments.out,
+             "file for the camera, written whole after each picture that leaves an answer; "
+             "default: FOLDER.camera.yaml, of a rig rig.yaml, beside the folder")
+      .text("FILE");
+  add_option(command, "--until", arguments.until,
+             "end once the largest standard deviation of the projection at infinity over the image "
+             "is at most this (0.1px), with corners in all parts of the image and 6 pictures")
+      .text("Xpx");
+  std::vector<std::string> models = model_names();
+  models.insert(models.begin(), "auto");
+  add_option(command, "--model", arguments.model, fmt::format("{}", fmt::join(models, ", ")))
+      .one_of(models)
+      .text("M");
+  add_positive(command, "--timeout", arguments.timeout_s,
+               "end after this many seconds without a new picture; default: never");
+  add_positive(command, "--every", arguments.every_s,
+               "seconds between two looks at the folder (0.5)")
+      .seldom();
 }
 
 }  // namespace
@@ -162,24 +176,7 @@ Command add_watch(CLI::App& app) {
   add_length(*command, "--tag-size", arguments->tag_size_m,
              "side of the tags in metres, if --target is a field layout of WPILib (0.1651)")
       .seldom();
-  add_option(*command, "--out", arguments->out,
-             "file for the camera, written whole after each picture that leaves an answer; "
-             "default: FOLDER.camera.yaml, of a rig rig.yaml, beside the folder")
-      .text("FILE");
-  add_option(*command, "--until", arguments->until,
-             "end once the largest standard deviation of the projection at infinity over the image "
-             "is at most this (0.1px), with corners in all parts of the image and 6 pictures")
-      .text("Xpx");
-  std::vector<std::string> models = model_names();
-  models.insert(models.begin(), "auto");
-  add_option(*command, "--model", arguments->model, fmt::format("{}", fmt::join(models, ", ")))
-      .one_of(models)
-      .text("M");
-  add_positive(*command, "--timeout", arguments->timeout_s,
-               "end after this many seconds without a new picture; default: never");
-  add_positive(*command, "--every", arguments->every_s,
-               "seconds between two looks at the folder (0.5)")
-      .seldom();
+  add_calibration(*command, *arguments);
   add_flag(*command, "--json", arguments->json,
            "at the end one JSON object on stdout, as of tagcal calibrate; all else on stderr");
   add_no_cache(*command, arguments->no_cache);

@@ -15,14 +15,9 @@
 
 namespace tagcal::tools {
 
-struct WatchOptions {
+struct WatchOptions : WatchSettings {
   std::filesystem::path folder;
-  std::filesystem::path out;
   CalibrateOptions calibration;
-  double goal_px = 0;  // 0: none
-  bool json = false;
-  double timeout_s = 0;  // without a change of the folder; 0: none
-  std::chrono::milliseconds every{500};
 };
 
 // Follows a folder, calibrates after each picture, and tells what it did. The calibration's file is
