@@ -46,6 +46,14 @@ class FileTest : public testing::Test {
     return folder_ / name;
   }
 
+  // The message, of one line, of the Error that `f` throws about a file, behind the file's path.
+  template <typename F>
+  static std::string error_about(const std::string& path, F&& f) {
+    const std::string message = error_of(f);
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+    return message.starts_with(path) ? message.substr(path.size()) : "names no file: " + message;
+  }
+
   std::size_t num_files() const {
     return static_cast<std::size_t>(
         std::distance(fs::directory_iterator(folder_), fs::directory_iterator()));

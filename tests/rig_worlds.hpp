@@ -7,12 +7,15 @@
 #include <string>
 #include <vector>
 
+#include "study/tasks/rig_tasks.hpp"
 #include "tagcal/estimate/rig_types.hpp"
 #include "worlds.hpp"
 
 // Random rigs: cameras on one body, a board that moves before them, and the truth.
 
 namespace tagcal {
+
+using study::random_step;
 
 struct RigWorldOptions {
   int num_cameras = 2;
@@ -32,12 +35,6 @@ struct RigWorldOptions {
   bool shuffled = false;    // the last camera's pictures are of other instants
 };
 
-inline Vector6d random_step(Random& random, double rad, double m) {
-  Vector6d step;
-  for (int i = 0; i < 6; ++i) step[i] = random.uniform(-1, 1) * (i < 3 ? rad : m);
-  return step;
-}
-
 // The board before the rig at a time in instants: where it is, and how it is turned.
 inline std::function<Pose(double)> board_motion(const RigWorldOptions& options,
                                                 const Eigen::Vector3d& centre, Random& random) {
@@ -48,32 +45,14 @@ inline std::function<Pose(double)> board_motion(const RigWorldOptions& options,
         random.uniform(0, 0.8), random.uniform(0.8, 1.5), random));
   if (!options.smooth)
     return [stills](double t) { return stills[static_cast<std::size_t>(std::lround(t))]; };
-  // Sums of slow waves of the six coordinates, about a place in the middle.
-  const Pose middle = looking_at_board(centre, 0.3, 1.1, random);
-  std::vector<Vector6d> amplitude, phase, rate;
-  for (int k = 0; k < 3; ++k) {
-    amplitude.push_back(random_step(random, 0.35, 0.12));
-    phase.push_back(random_step(random, std::numbers::pi, std::numbers::pi));
-    rate.push_back(random_step(random, 0.35, 0.35));
-  }
-  return [=](double t) {
-    Vector6d step = Vector6d::Zero();
-    for (int k = 0; k < 3; ++k)
-      for (int i = 0; i < 6; ++i)
-        step[i] += amplitude[k][i] * std::sin(rate[k][i] * t + phase[k][i]);
-    // About the board's centre.
-    const Pose at_centre({1, 0, 0, 0}, centre);
-    return middle * at_centre * exp_pose(step) * at_centre.inverse();
-  };
+  return study::steady_motion(looking_at_board(centre, 0.3, 1.1, random), centre, random);
 }
 
 inline Lens random_rig_lens(int kind, Random& random) {
+  if (kind != 1) return study::draw_rig_lens(random);
   const double f = random.uniform(800, 1000);
-  if (kind == 1)
-    return Fisheye({0.45 * f, 0.45 * f, 640 + random.uniform(-9, 9), 400 + random.uniform(-9, 9),
-                    0.02, -0.01, 0.003, -0.0005});
-  return Perspective({f, f * 1.001, 640 + random.uniform(-9, 9), 400 + random.uniform(-9, 9),
-                      random.uniform(-0.2, 0), 0.05, 0, 0, 0});
+  return Fisheye({0.45 * f, 0.45 * f, 640 + random.uniform(-9, 9), 400 + random.uniform(-9, 9),
+                  0.02, -0.01, 0.003, -0.0005});
 }
 
 inline RigDataset make_rig_world(std::uint64_t seed, const RigWorldOptions& options = {},

@@ -2,6 +2,8 @@
 
 #include <string>
 
+#include "python/records.hpp"
+#include "tagcal/error.hpp"
 #include "tagcal/estimate/types.hpp"
 
 namespace tagcal::python {
@@ -11,6 +13,23 @@ std::string refusal(Status status, const std::vector<Finding>& findings);
 
 // "; 2 warnings", or nothing.
 std::string warnings_text(const std::vector<Finding>& findings);
+
+// What all answers have: `is_answer`, the text of a file (`yaml`, of a const T&; `doc`: of which)
+// and a representation (`text`, of a const T&).
+template <typename T, typename Yaml, typename Text>
+void define_file_answer(Record<T>& record, const Yaml& yaml, const char* doc, const Text& text) {
+  record.def_property_readonly(
+      "is_answer", [](const T& answer) { return is_answer(answer.status); },
+      "True if the status is \"ok\".");
+  record.def(
+      "to_yaml",
+      [yaml, text](const T& answer) {
+        if (!is_answer(answer.status)) throw Error("to_yaml: there is no answer: " + text(answer));
+        return yaml(answer);
+      },
+      doc);
+  record.representation(text);
+}
 
 // The options of the poses of views, checked. Throws Error.
 PoseOptions pose_options(double sigma_px, bool reject_outliers, int max_iterations,

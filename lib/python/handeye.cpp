@@ -101,10 +101,9 @@ void bind_handeye_parts(py::module_& m) {
 
 void bind_handeye_answer(py::module_& m) {
   Record<HandeyeEstimate> h(m, "HandeyeCalibration", "A camera on a robot, and how sure that is.");
-  h.field(
-      "status", [](const HandeyeEstimate& e) { return std::string(status_name(e.status)); },
-      "\"ok\" is an answer; \"rotation_axes_parallel\", \"no_rotation\", \"wrong_direction\", "
-      "\"not_synchronous\" and those of a Calibration are none.");
+  h.field("status", &HandeyeEstimate::status,
+          "\"ok\" is an answer; \"rotation_axes_parallel\", \"no_rotation\", \"wrong_direction\", "
+          "\"not_synchronous\" and those of a Calibration are none.");
   h.field(
       "mount", [](const HandeyeEstimate& e) { return mount_name(e.mount); },
       "\"hand\" or \"base\".");
@@ -112,9 +111,8 @@ void bind_handeye_answer(py::module_& m) {
           "Pose of the camera in the hand, or in the base.");
   h.field("holder_from_board", &HandeyeEstimate::holder_from_board,
           "Pose of the board in the base, or in the hand.");
-  h.field(
-      "covariance", [](const HandeyeEstimate& e) { return matrix_array(e.covariance); },
-      "(12, 12), of (omega rad, tau m) of the one and the other.");
+  h.field("covariance", &HandeyeEstimate::covariance,
+          "(12, 12), of (omega rad, tau m) of the one and the other.");
   h.field("robot_sigma_m", &HandeyeEstimate::robot_sigma_m,
           "Standard deviation of the robot's positions per axis, estimated.");
   h.field("robot_sigma_rad", &HandeyeEstimate::robot_sigma_rad, "The same of its rotations.");
@@ -136,17 +134,10 @@ void bind_handeye_answer(py::module_& m) {
   h.field("next", &HandeyeEstimate::next, "AdvisedRobotPose, or None.");
   h.field("findings", &HandeyeEstimate::findings, "What the estimate found out about its data.");
   h.field("seconds", &HandeyeEstimate::seconds, "Wall-clock time.");
-  h.def_property_readonly(
-      "is_answer", [](const HandeyeEstimate& e) { return is_answer(e.status); },
-      "True if the status is \"ok\".");
-  h.def(
-      "to_yaml",
-      [](const HandeyeEstimate& e) {
-        if (!is_answer(e.status)) throw Error("to_yaml: there is no answer: " + handeye_text(e));
-        return handeye_yaml(e);
-      },
-      "The text of a file, as `tagcal handeye --out` writes it. Raises Error without an answer.");
-  h.representation(&handeye_text);
+  define_file_answer(
+      h, &handeye_yaml,
+      "The text of a file, as `tagcal handeye --out` writes it. Raises Error without an answer.",
+      &handeye_text);
 }
 
 }  // namespace

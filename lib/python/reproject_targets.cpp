@@ -9,6 +9,7 @@
 #include "python/records.hpp"
 #include "python/reproject.hpp"
 #include "tagcal/error.hpp"
+#include "tagcal/internal/degrees.hpp"
 #include "tagcal/reproject/cameras.hpp"
 
 // What pictures are reprojected to: cameras, panoramas, planes.
@@ -103,7 +104,7 @@ AngularRange range_of(const Camera& camera) {
   return angular_range(camera);
 }
 
-std::string degrees(double angle_rad) { return number(angle_rad * 180 / M_PI, 4); }
+std::string degrees(double angle_rad) { return number(internal::degrees(angle_rad), 4); }
 
 void bind_panorama(py::module_& m) {
   Record<Panorama>(m, "Panorama",

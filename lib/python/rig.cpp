@@ -155,17 +155,10 @@ void bind_answer(py::module_& m) {
             "AdvisedPair: what would improve the answer most, or connect the cameras.");
   rig.field("findings", &RigCalibration::findings, "What the estimate found out about its data.");
   rig.field("seconds", &RigCalibration::seconds, "Wall-clock time.");
-  rig.def_property_readonly(
-      "is_answer", [](const RigCalibration& r) { return is_answer(r.status); },
-      "True if the status is \"ok\".");
-  rig.def(
-      "to_yaml",
-      [](const RigCalibration& r) {
-        if (!is_answer(r.status)) throw Error("to_yaml: there is no answer: " + rig_text(r));
-        return rig_yaml(r);
-      },
-      "The text of a rig file, as `tagcal rig --out` writes it. Raises Error without an answer.");
-  rig.representation(&rig_text);
+  define_file_answer(
+      rig, &rig_yaml,
+      "The text of a rig file, as `tagcal rig --out` writes it. Raises Error without an answer.",
+      &rig_text);
 }
 
 using Views = std::vector<std::optional<View>>;

@@ -75,9 +75,7 @@ class CalibrationFileTest : public FileTest {
     return read_calibration(write("c.yaml", text));
   }
   std::string error(const std::string& text) const {
-    const std::string message = error_of([&] { read(text); });
-    const std::string name = (folder_ / "c.yaml").string();
-    return message.starts_with(name) ? message.substr(name.size()) : "names no file: " + message;
+    return error_about((folder_ / "c.yaml").string(), [&] { read(text); });
   }
   void expect_bad(const std::string& good, const std::vector<BadFile>& table) const {
     EXPECT_NO_THROW(read(good));

@@ -24,9 +24,7 @@ class CameraUncertaintyTest : public FileTest {
     return read_calibration(write("c.yaml", text));
   }
   std::string error(const std::string& text) const {
-    const std::string message = error_of([&] { read(text); });
-    const std::string name = (folder_ / "c.yaml").string() + ": ";
-    return message.starts_with(name) ? message.substr(name.size()) : "names no file: " + message;
+    return error_about((folder_ / "c.yaml").string() + ": ", [&] { read(text); });
   }
   static std::string with(const std::string& covariance) {
     return replaced(kPinhole, "4, 1, 0, 0,  1, 9, 0, 0,  0, 0, 1, 0,  0, 0, 0, 1", covariance);

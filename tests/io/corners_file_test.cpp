@@ -40,10 +40,7 @@ class CornersFileTest : public FileTest {
     return read_observations(write("in", text), boards(), notes);
   }
   std::string error(const std::string& text) const {
-    const std::string message = error_of([&] { read(text); });
-    const std::string name = (folder_ / "in").string();
-    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
-    return message.starts_with(name) ? message.substr(name.size()) : "names no file: " + message;
+    return error_about((folder_ / "in").string(), [&] { read(text); });
   }
 };
 

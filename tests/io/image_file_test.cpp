@@ -315,9 +315,9 @@ TEST_F(ImageFile, WhatIsNoPictureIsNamed) {
   EXPECT_EQ(error_of(folder_ / "none.png"), (folder_ / "none.png").string() + ": no such file");
   EXPECT_NE(error_of(folder_).find("folder"), std::string::npos);
   EXPECT_NE(error_of(put("")).find("is empty"), std::string::npos);
-  EXPECT_NE(
-      error_of(put("hello, I am a text")).find("is not a PNG, JPEG, TIFF, BMP, WebP, HEIC, PGM or PPM"),
-      std::string::npos);
+  EXPECT_NE(error_of(put("hello, I am a text"))
+                .find("is not a PNG, JPEG, TIFF, BMP, WebP, HEIC, PGM or PPM"),
+            std::string::npos);
   EXPECT_THROW(write_png(folder_ / "no_such_folder" / "a.png", test_picture(8, 8)), Error);
   EXPECT_THROW(write_png(folder_ / "a.png", Image8()), Error);
   EXPECT_FALSE(fs::exists(folder_ / "a.png"));

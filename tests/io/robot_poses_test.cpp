@@ -1,9 +1,8 @@
 #include "tagcal/io/robot_poses.hpp"
 
-#include <numbers>
-
 #include "file_fixture.hpp"
 #include "tagcal/geometry/transform.hpp"
+#include "tagcal/internal/degrees.hpp"
 
 namespace tagcal {
 namespace {
@@ -21,7 +20,7 @@ class RobotPosesFile : public FileTest {
   }
 };
 
-constexpr double kDegree = std::numbers::pi / 180;
+using internal::kDegree;
 const Pose kTurned(rotation_about_z(30 * kDegree).rotation(), {0.1, 0.2, 0.3});
 
 void expect_turned(const Pose& pose) { EXPECT_LT(minus(pose, kTurned).norm(), 1e-6); }

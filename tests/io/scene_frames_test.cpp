@@ -1,9 +1,8 @@
 #include <gtest/gtest.h>
 
-#include <numbers>
-
 #include "file_fixture.hpp"
 #include "tagcal/geometry/viewpoint.hpp"
+#include "tagcal/internal/degrees.hpp"
 #include "tagcal/io/dataset_file.hpp"
 #include "tagcal/io/scene_file.hpp"
 #include "tagcal/viewing/projection.hpp"
@@ -13,7 +12,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kDegree = std::numbers::pi / 180;
+using internal::kDegree;
 
 const std::string kBoards = "boards: [{target: {target_type: tags, tags: [{id: 0, size: 0.2}]}}]\n";
 const std::string kCamera = "camera: {image_size: [640, 480], model: f, f: 500}\n";
@@ -31,9 +30,7 @@ class SceneFrames : public FileTest {
     return frames_in_view(with("views: 3\n" + rest), view).a_from_b("world", "a");
   }
   std::string error(const std::string& text) {
-    const std::string message = error_of([&] { read(text); });
-    const std::string name = folder_.string() + "/scene.yaml: ";
-    return message.starts_with(name) ? message.substr(name.size()) : "names no file: " + message;
+    return error_about(folder_.string() + "/scene.yaml: ", [&] { read(text); });
   }
 };
 

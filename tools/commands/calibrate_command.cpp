@@ -24,8 +24,6 @@
 #include "report/calibration_report.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/calibration_file.hpp"
-#include "tagcal/io/image_file.hpp"
-#include "tagcal/io/text_file.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -49,18 +47,6 @@ struct Arguments {
   bool json = false;
 };
 
-void check_picture(const fs::path& file) {
-  if (file.empty() || file.extension() == ".svg" || file.extension() == ".png") return;
-  throw Error(fmt::format("{}: must end in .svg or .png", file.string()));
-}
-
-void write_picture(const fs::path& file, const Calibration& calibration) {
-  if (file.extension() == ".png")
-    write_png(file, uncertainty_image(calibration));
-  else
-    write_whole(file, uncertainty_svg(calibration));
-}
-
 bool is_auto(const std::string& model) { return model.empty() || model == "auto"; }
 
 void check_usage(const Arguments& arguments, bool several) {
@@ -73,12 +59,10 @@ void check_usage(const Arguments& arguments, bool several) {
   if (!arguments.chunk.empty() && !arguments.resume)
     throw Error("--chunk: needs --resume, with which several processes can write into one --out");
   if (arguments.uncertainty.empty()) return;
-  if (several) {
+  if (several)
     throw Error("--uncertainty: draws one camera only (each calibration file contains its grid)");
-  }
-  if (arguments.job.options.model == "weak") {
+  if (arguments.job.options.model == "weak")
     throw Error("--uncertainty: model weak has no lens to draw");
-  }
 }
 
 void check_report(const Arguments& arguments) {
@@ -116,12 +100,9 @@ void write_files(const Arguments& arguments, CalibrationAnswer& answer, Input us
   const Stopwatch watch;
   const Calibration& calibration = answer.calibration;
   const bool answered = is_answer(calibration.status);
-  if (answered && !arguments.out.empty()) {
-    write_whole(arguments.out, calibration_yaml(calibration));
-    say_wrote(arguments.out);
-  }
+  if (answered) write_answer_file(arguments.out, calibration_yaml(calibration));
   if (answered && !arguments.uncertainty.empty()) {
-    write_picture(arguments.uncertainty, calibration);
+    write_uncertainty_picture(arguments.uncertainty, calibration);
     say_wrote(arguments.uncertainty);
   }
   if (!arguments.report.empty()) write_report(arguments, answer, std::move(used));
@@ -145,8 +126,7 @@ void check_file_of_one(const Arguments& arguments) {
 int run_one(const Arguments& arguments) {
   check_report(arguments);
   check_file_of_one(arguments);
-  check_writable(arguments.uncertainty);
-  check_picture(arguments.uncertainty);
+  check_drawing_writable(arguments.uncertainty);
   CalibrationJob job = arguments.job;
   job.input.out = arguments.out;
   job.input.other_outputs = {arguments.uncertainty, arguments.report, job.keep};
@@ -164,13 +144,10 @@ int run_one(const Arguments& arguments) {
     text += wrapped("next view  ", advice_sentence(answer.advice), 11);
   }
   print_answer(text, arguments.json, answered ? arguments.out : "");
-  if (!answered && !arguments.out.empty()) {
-    print_to_stderr("tagcal: {}: not written, there is no answer\n", arguments.out);
-  }
-  if (!answered && !arguments.uncertainty.empty()) {
-    print_to_stderr("tagcal: {}: not drawn, there is no answer\n", arguments.uncertainty);
-  }
-  return answered ? kAnswer : kNoAnswer;
+  if (answered) return kAnswer;
+  say_no_answer_file(arguments.out);
+  say_no_answer_file(arguments.uncertainty, "drawn");
+  return kNoAnswer;
 }
 
 // Several folders are several cameras: data sets, or with --target pictures. Several inputs without
@@ -244,100 +221,121 @@ int run(const CLI::App& command, const Arguments& given) {
        arguments.chunk.empty() ? Chunk() : chunk_of_text(arguments.chunk)});
 }
 
-}  // namespace
-
-Command add_calibrate(CLI::App& app) {
-  CLI::App* command = add_command(app, "calibrate", "the camera and its standard deviations");
-  const auto arguments = std::make_shared<Arguments>();
-  add_input(*command, arguments->job.input);
-  add_observations(*command, arguments->job.input);
-  add_no_cache(*command, arguments->job.input.no_cache);
+// The corners, their noise, and the model.
+void add_data(CLI::App& command, Arguments& arguments) {
+  CalibrationJob& job = arguments.job;
+  add_input(command, job.input);
+  add_observations(command, job.input);
+  add_no_cache(command, job.input.no_cache);
   std::vector<std::string> models = model_names();
   models.insert(models.begin(), {"auto", "weak"});
-  add_option(*command, "--model", arguments->job.options.model,
-             fmt::format("{}", fmt::join(models, ", ")))
+  add_option(command, "--model", job.options.model, fmt::format("{}", fmt::join(models, ", ")))
       .one_of(models)
       .text("M");
-  add_positive(*command, "--sigma-px", arguments->job.options.sigma_px,
+  add_positive(command, "--sigma-px", job.options.sigma_px,
                "noise of the corners per coordinate; default: each corner's own covariance if the "
                "file has them, else estimated from the residuals")
       .seldom();
-  add_positive(*command, "--tolerance", arguments->job.options.tolerance_px,
+  add_positive(command, "--tolerance", job.options.tolerance_px,
                "in pixels: auto takes the smallest model whose projection differs from the best "
                "one's by at most this, RMS where corners were; the standard deviations include "
                "the difference")
       .seldom();
-  add_option(*command, "--out", arguments->out,
+}
+
+void add_outputs(CLI::App& command, Arguments& arguments) {
+  add_option(command, "--out", arguments.out,
              "file for the camera, written if there is an answer; for several cameras a folder, "
              "with one file each")
       .text("FILE|DIR")
       .writes_text();
-  add_option(*command, "--uncertainty", arguments->uncertainty,
+  add_option(command, "--uncertainty", arguments.uncertainty,
              "drawing of the projection's uncertainty: .svg, .png")
       .text("FILE");
-  add_option(*command, "--report", arguments->report,
+  add_option(command, "--report", arguments.report,
              "a page to look at: residuals, uncertainty, models, views, the next view (report.md)")
       .text("FILE.html");
-  add_length(*command, "--distance", arguments->near_m,
+  add_length(command, "--distance", arguments.near_m,
              "distance in metres at which the uncertainty is given beside infinity; default: "
              "the corners' median")
       .seldom();
-  add_flag(*command, "--one-camera", arguments->one_camera,
+}
+
+// What the user states instead of having it estimated.
+void add_known_values(CLI::App& command, Arguments& arguments) {
+  add_flag(command, "--one-camera", arguments.one_camera,
            "with --target: all folders are of one camera");
-  add_flag(*command, "--keep-all", arguments->keep_all,
+  add_flag(command, "--keep-all", arguments.keep_all,
            "reject no corner and no view, except views that repeat another")
       .seldom();
-  add_option(*command, "--start", arguments->start,
+  add_option(command, "--start", arguments.start,
              "a camera to start from, instead of a search: a file of any format (tagcal convert)")
       .text("CAMERA")
       .seldom();
-  add_positive(*command, "--focal", arguments->job.options.start_focal_px,
+  add_positive(command, "--focal", arguments.job.options.start_focal_px,
                "a focal length in pixels to start from, instead of a search")
       .seldom();
-  add_option(*command, "--fix", arguments->fixed,
+  add_option(command, "--fix", arguments.fixed,
              "parameters to hold, taken as exact: f, fx, fy, cx, cy, and with --model "
              "k1, k2, .. (cx=319.5,k3=0)")
       .separated_by(',')
       .text("NAME=VALUE,..")
       .repeatable();  // the data set after it is none
-  add_flag(*command, "--board-warp", arguments->job.options.board_warp,
+}
+
+// Which corners take part, and how they are found.
+void add_corners_and_frames(CLI::App& command, Arguments& arguments) {
+  CalibrationJob& job = arguments.job;
+  add_flag(command, "--board-warp", job.options.board_warp,
            "print the board's terms (bend, twist, print), which every calibration from one flat "
            "board estimates; an error without one flat board")
       .seldom();
-  add_flag(*command, "--refine-corners", arguments->job.refine_corners,
+  add_flag(command, "--refine-corners", job.refine_corners,
            "fit the corners in their pictures again with the estimated lens, and calibrate again")
       .seldom();
-  add_integer(*command, "--select", arguments->job.select, 1,
+  add_integer(command, "--select", job.select, 1,
               "calibrate from the N most informative views only, and print what each adds")
       .seldom();
-  add_option(*command, "--until", arguments->until,
+  add_option(command, "--until", arguments.until,
              "of a video or bag: take frames until the projection's sd at infinity is at most PX "
              "(0.05px); default: until one adds next to nothing")
       .text("PX")
       .seldom();
-  add_flag(*command, "--explain", arguments->job.explains_frames,
+  add_flag(command, "--explain", job.explains_frames,
            "of a video or bag: print why each frame is used or not")
       .seldom();
-  add_option(*command, "--keep", arguments->job.keep,
+  add_option(command, "--keep", job.keep,
              "of a video or bag: folder for the frames that are used, as PNG")
       .text("DIR")
       .seldom();
-  add_flag(*command, "--resume", arguments->resume,
+}
+
+void add_run(CLI::App& command, Arguments& arguments) {
+  add_flag(command, "--resume", arguments.resume,
            "of several cameras, with --out: calibrate only those that have no outcome there yet; "
            "several processes can share the folder")
       .seldom();
-  add_option(*command, "--chunk", arguments->chunk,
+  add_option(command, "--chunk", arguments.chunk,
              "of several cameras, with --resume: every N-th one from the K-th on, as one of N jobs")
       .text("K/N")
       .seldom();
-  add_flag(*command, "--advise", arguments->job.advise,
+  add_flag(command, "--advise", arguments.job.advise,
            "print the next view that would improve the answer most, and by how much");
-  add_flag(*command, "--verbose", arguments->verbose,
+  add_flag(command, "--verbose", arguments.verbose,
            "also print why each model was taken or not, all rejected corners, and times");
-  add_flag(*command, "--json", arguments->json,
+  add_flag(command, "--json", arguments.json,
            "one JSON object on stdout; an array for several cameras");
-  add_threads(*command, arguments->job.threads)
+  add_threads(command, arguments.job.threads)
       .description("cameras, or pictures of one, to process in parallel; 0: one per core");
+}
+
+}  // namespace
+
+Command add_calibrate(CLI::App& app) {
+  CLI::App* command = add_command(app, "calibrate", "the camera and its standard deviations");
+  const auto arguments = std::make_shared<Arguments>();
+  for (const auto add : {add_data, add_outputs, add_known_values, add_corners_and_frames, add_run})
+    add(*command, *arguments);
   add_footer(*command,
              "Example: tagcal calibrate desk --observations corners.csv --out camera.yaml\n"
              "         tagcal calibrate --target board.yaml photos/*.jpg --json\n"

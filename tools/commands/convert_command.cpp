@@ -229,6 +229,18 @@ std::string notes() {
   return text.substr(0, text.size() - 1);
 }
 
+void add_sizes(CLI::App& command, Arguments& arguments) {
+  add_option(command, "--image-size", arguments.image_size,
+             "pixels of the pictures, where IN does not say")
+      .text("WIDTHxHEIGHT");
+  add_option(command, "--crop", arguments.crop,
+             "the camera of this part of its pictures; X,Y is the part's top-left pixel")
+      .text("X,Y,WIDTHxHEIGHT");
+  add_option(command, "--resize", arguments.resize,
+             "the camera of its pictures (or the part) scaled or binned to this size")
+      .text("WIDTHxHEIGHT");
+}
+
 }  // namespace
 
 Command add_convert(CLI::App& app) {
@@ -245,15 +257,7 @@ Command add_convert(CLI::App& app) {
              "the format of OUT; default: the one that its name stands for (" + known_names() + ")")
       .one_of(names_of_formats())
       .text("FORMAT");
-  add_option(*command, "--image-size", arguments->image_size,
-             "pixels of the pictures, where IN does not say")
-      .text("WIDTHxHEIGHT");
-  add_option(*command, "--crop", arguments->crop,
-             "the camera of this part of its pictures; X,Y is the part's top-left pixel")
-      .text("X,Y,WIDTHxHEIGHT");
-  add_option(*command, "--resize", arguments->resize,
-             "the camera of its pictures (or the part) scaled or binned to this size")
-      .text("WIDTHxHEIGHT");
+  add_sizes(*command, *arguments);
   add_model_options(*command, arguments->model);
   add_option(*command, "--poses", arguments->poses,
              "poses of pictures instead of those of IN: the output of tagcal pose --json")

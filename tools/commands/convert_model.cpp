@@ -104,11 +104,7 @@ void check_usage(const ModelArguments& arguments) {
     if (!arguments.picture.empty()) throw Error("--picture: needs --model");
     return;
   }
-  if (arguments.picture.empty()) return;
-  const auto extension = std::filesystem::path(arguments.picture).extension();
-  if (extension != ".svg" && extension != ".png")
-    throw Error(fmt::format("{}: must end in .svg or .png", arguments.picture));
-  check_writable(arguments.picture);
+  check_drawing_writable(arguments.picture);
 }
 
 bool fit_models(CameraFile& file, const std::string& name, const ModelArguments& arguments,

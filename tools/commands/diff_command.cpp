@@ -4,7 +4,6 @@
 #include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <string>
 #include <vector>
 
@@ -19,6 +18,7 @@
 #include "job/terminal.hpp"
 #include "report/lens_comparison.hpp"
 #include "tagcal/error.hpp"
+#include "tagcal/internal/degrees.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -26,7 +26,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Eigen::Vector2d;
 
-constexpr double kDegree = std::numbers::pi / 180;
+using internal::kDegree;
 
 struct Arguments {
   std::string a;

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <numbers>
 
 #include "draw/uncertainty_picture.hpp"
 #include "job/camera_input.hpp"
@@ -15,6 +14,7 @@
 #include "job/plain_text.hpp"
 #include "job/terminal.hpp"
 #include "tagcal/error.hpp"
+#include "tagcal/internal/degrees.hpp"
 #include "tagcal/io/camera_file.hpp"
 
 namespace tagcal::tools {
@@ -23,7 +23,7 @@ namespace {
 using RigJson = nlohmann::ordered_json;
 using Eigen::Vector3d;
 
-constexpr double kDegrees = 180 / std::numbers::pi;
+constexpr double kDegrees = internal::degrees(1);
 constexpr double kLeastStep = 1e-12;  // numeric: rad or m; smaller differences are shown as 0
 
 // The lenses of a camera that both rigs have.

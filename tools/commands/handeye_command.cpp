@@ -57,14 +57,8 @@ void check_outputs(const Arguments& arguments) {
 }
 
 void write_files(const Arguments& arguments, const HandeyeEstimate& answer) {
-  if (!arguments.out.empty()) {
-    write_whole(arguments.out, handeye_yaml(answer));
-    say_wrote(arguments.out);
-  }
-  if (!arguments.ros.empty()) {
-    write_whole(arguments.ros, handeye_ros_text(answer));
-    say_wrote(arguments.ros);
-  }
+  write_answer_file(arguments.out, handeye_yaml(answer));
+  write_answer_file(arguments.ros, handeye_ros_text(answer));
 }
 
 int run(const Arguments& arguments) {
@@ -88,9 +82,34 @@ int run(const Arguments& arguments) {
   print_answer(arguments.json ? handeye_json(answer, views) : handeye_summary(answer, views),
                arguments.json, answered ? arguments.out : "");
   for (const std::string& file : {arguments.out, arguments.ros})
-    if (!answered && !file.empty())
-      print_to_stderr("tagcal: {}: not written, there is no answer\n", file);
+    if (!answered) say_no_answer_file(file);
   return answered ? kAnswer : kNoAnswer;
+}
+
+// The robot's poses, and their times.
+void add_robot(CLI::App& command, Arguments& arguments) {
+  add_option(command, "--robot", arguments.robot,
+             "the robot's poses, hand in base: a table with a line a picture or a time, or a "
+             "folder of ViSP's files")
+      .required()
+      .text("FILE|DIR");
+  add_option(command, "--robot-format", arguments.robot_format,
+             "its columns, if its first line does not name them: tum, or as 'image x_mm y_mm z_mm "
+             "qw qx qy qz' (handeye.md)")
+      .text("COLUMNS");
+  add_option(command, "--mount", arguments.mount,
+             "hand: the camera is on the hand; base: it is at rest, the board in the hand")
+      .required()
+      .one_of({"hand", "base"})
+      .text("HOW");
+  add_option(command, "--times", arguments.times,
+             "times of the pictures (image,time_s), for poses with times")
+      .text("CSV");
+  add_option(command, "--time-offset", arguments.time_offset,
+             "find: estimate what the pictures' times lack; 0 (the default): refuse clocks that "
+             "differ")
+      .one_of({"find", "0"})
+      .text("HOW");
 }
 
 }  // namespace
@@ -105,28 +124,7 @@ Command add_handeye(CLI::App& app) {
              "the camera's file, of any format (tagcal convert)")
       .required()
       .text("CAMERA");
-  add_option(*command, "--robot", arguments->robot,
-             "the robot's poses, hand in base: a table with a line a picture or a time, or a "
-             "folder of ViSP's files")
-      .required()
-      .text("FILE|DIR");
-  add_option(*command, "--robot-format", arguments->robot_format,
-             "its columns, if its first line does not name them: tum, or as 'image x_mm y_mm z_mm "
-             "qw qx qy qz' (handeye.md)")
-      .text("COLUMNS");
-  add_option(*command, "--mount", arguments->mount,
-             "hand: the camera is on the hand; base: it is at rest, the board in the hand")
-      .required()
-      .one_of({"hand", "base"})
-      .text("HOW");
-  add_option(*command, "--times", arguments->times,
-             "times of the pictures (image,time_s), for poses with times")
-      .text("CSV");
-  add_option(*command, "--time-offset", arguments->time_offset,
-             "find: estimate what the pictures' times lack; 0 (the default): refuse clocks that "
-             "differ")
-      .one_of({"find", "0"})
-      .text("HOW");
+  add_robot(*command, *arguments);
   add_positive(*command, "--sigma-px", arguments->sigma_px,
                "noise of the corners per coordinate; default: as for `pose`")
       .seldom();

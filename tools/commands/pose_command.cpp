@@ -164,15 +164,6 @@ Image8 picture_of(const View& view, const Input& input) {
   return source == input.images.end() ? Image8() : source->load();
 }
 
-std::vector<std::vector<Vector3d>> tag_outlines(const TargetPoints& points) {
-  std::map<int, std::vector<Vector3d>> outlines;
-  for (const auto& [id, x] : points) outlines[id.tag_id].push_back(x);
-  std::erase_if(outlines, [](const auto& tag) { return tag.second.size() < 4; });  // points
-  std::vector<std::vector<Vector3d>> list;
-  for (const auto& [id, outline] : outlines) list.push_back(outline);
-  return list;
-}
-
 // Estimates the poses of all views, and draws them if there is a folder.
 class Poses {
  public:
@@ -219,12 +210,11 @@ class Poses {
                  const PoseReport& report) const {
     PoseDrawing drawing;
     drawing.camera = camera_of(report, camera_, input_.dataset.image_size);
-    for (const auto& [id, x] : points_) drawing.target.extend(x);
+    set_target(points_, drawing);
     drawing.corners = problem.correspondences;
     drawing.outliers = report.outliers;
     for (const PoseHypothesis& h : report.hypotheses)
       drawing.camera_from_target.push_back(h.camera_from_target);
-    drawing.outlines = tag_outlines(points_);
     return draw_pose(drawing, picture_of(view, input_));
   }
 
@@ -292,51 +282,60 @@ int run(const Arguments& arguments) {
   return finish(arguments, reports, drawings);
 }
 
+// Pictures, and the camera or rig that took them.
+void add_data(CLI::App& command, Arguments& arguments) {
+  add_input(command, arguments.input);
+  add_observations(command, arguments.input);
+  add_family(command, arguments.input.family,
+             "each tag of this family has its own pose, without a target; needs --tag-size");
+  add_integer(
+      command, "--border-bits", arguments.border_bits, 1,
+      "width of these tags' black border in cells: 1 (the default), or 2 as on Kalibr's boards")
+      .seldom()
+      .text("N");
+  add_option(command, "--camera", arguments.camera,
+             "the camera's file, of any format (tagcal convert)")
+      .text("CAMERA");
+  add_option(command, "--rig", arguments.rig,
+             "a rig's file, instead of --camera: one pose at each instant; a folder a camera")
+      .text("RIG");
+  add_pair(command, arguments.pair).seldom();
+}
+
+void add_estimate_and_outputs(CLI::App& command, Arguments& arguments) {
+  add_flag(command, "--unknown-focal", arguments.unknown_focal,
+           "estimate the focal length too, of a pinhole with the principal point at the image's "
+           "centre; instead of --camera");
+  add_positive(command, "--prior-focal", arguments.prior_focal_px,
+               "px, for the pose where the view does not determine it");
+  add_positive(
+      command, "--sigma-px", arguments.sigma_px,
+      "noise of the corners per coordinate; default: their covariances if the camera's error is "
+      "known, else estimated from the residuals");
+  add_positive(command, "--camera-error-px", arguments.camera_error_px,
+               "error of lens and target per coordinate, in addition to the corners' own "
+               "covariances; default: the value of the camera's file")
+      .seldom();
+  add_option(command, "--view", arguments.views,
+             "only this picture, by its name; may be repeated")
+      .text("NAME")
+      .repeatable();  // the data set after it is none
+  add_option(command, "--draw", arguments.draw,
+             "folder for pictures with the target's axes and a box, of views with an answer")
+      .text("DIR");
+  add_flag(command, "--verbose", arguments.verbose, "also print the rotations and the noise");
+  add_flag(command, "--json", arguments.json, "one JSON object on stdout");
+  add_threads(command, arguments.threads);
+}
+
 }  // namespace
 
 Command add_pose(CLI::App& app) {
   CLI::App* command =
       add_command(app, "pose", "the pose of each view, with a known or an unknown focal length");
   const auto arguments = std::make_shared<Arguments>();
-  add_input(*command, arguments->input);
-  add_observations(*command, arguments->input);
-  add_family(*command, arguments->input.family,
-             "each tag of this family has its own pose, without a target; needs --tag-size");
-  add_integer(
-      *command, "--border-bits", arguments->border_bits, 1,
-      "width of these tags' black border in cells: 1 (the default), or 2 as on Kalibr's boards")
-      .seldom()
-      .text("N");
-  add_option(*command, "--camera", arguments->camera,
-             "the camera's file, of any format (tagcal convert)")
-      .text("CAMERA");
-  add_option(*command, "--rig", arguments->rig,
-             "a rig's file, instead of --camera: one pose at each instant; a folder a camera")
-      .text("RIG");
-  add_pair(*command, arguments->pair).seldom();
-  add_flag(*command, "--unknown-focal", arguments->unknown_focal,
-           "estimate the focal length too, of a pinhole with the principal point at the image's "
-           "centre; instead of --camera");
-  add_positive(*command, "--prior-focal", arguments->prior_focal_px,
-               "px, for the pose where the view does not determine it");
-  add_positive(
-      *command, "--sigma-px", arguments->sigma_px,
-      "noise of the corners per coordinate; default: their covariances if the camera's error is "
-      "known, else estimated from the residuals");
-  add_positive(*command, "--camera-error-px", arguments->camera_error_px,
-               "error of lens and target per coordinate, in addition to the corners' own "
-               "covariances; default: the value of the camera's file")
-      .seldom();
-  add_option(*command, "--view", arguments->views,
-             "only this picture, by its name; may be repeated")
-      .text("NAME")
-      .repeatable();  // the data set after it is none
-  add_option(*command, "--draw", arguments->draw,
-             "folder for pictures with the target's axes and a box, of views with an answer")
-      .text("DIR");
-  add_flag(*command, "--verbose", arguments->verbose, "also print the rotations and the noise");
-  add_flag(*command, "--json", arguments->json, "one JSON object on stdout");
-  add_threads(*command, arguments->threads);
+  add_data(*command, *arguments);
+  add_estimate_and_outputs(*command, *arguments);
   add_footer(*command,
              "Example: tagcal pose desk --camera camera.yaml --draw drawings\n"
              "         tagcal pose --target board.yaml photo.jpg --unknown-focal --json\n"

@@ -86,6 +86,9 @@ void add_tasks(CLI::App& command, ReprojectTask& task) {
   add_option(command, "--panorama", task.panorama, "equirectangular or cylindrical")
       .one_of({"equirectangular", "cylindrical"})
       .text("KIND");
+}
+
+void add_rectify(CLI::App& command, ReprojectTask& task) {
   add_option(command, "--rectify", task.rectify,
              "two cameras of a rig (IMAGE: a folder or picture each) with epipolar lines as equal "
              "rows; instead of --out")
@@ -101,6 +104,10 @@ void add_tasks(CLI::App& command, ReprojectTask& task) {
       .text("LEFT,RIGHT")
       .separated_by(',')
       .seldom();
+}
+
+// Size and resolution of the new pictures.
+void add_sizes(CLI::App& command, ReprojectTask& task) {
   add_option(command, "--size", task.size, "size of the undistorted picture (the camera's)")
       .text("WxH")
       .seldom();
@@ -132,6 +139,8 @@ Command add_reproject(CLI::App& app) {
   add_option(*command, "--out", arguments->out, "folder for the new pictures and their camera.yaml")
       .text("DIR");
   add_tasks(*command, arguments->task);
+  add_rectify(*command, arguments->task);
+  add_sizes(*command, arguments->task);
   add_option(*command, "--target", arguments->target,
              "the board on the plane, or before the rig: a target file")
       .text("T.yaml");

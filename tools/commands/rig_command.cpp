@@ -123,18 +123,71 @@ int run(const Arguments& arguments) {
   const RigOptions options = rig_options(arguments, rig);
   const RigCalibration answer = calibrate_rig(rig, options);
   const bool answered = is_answer(answer.status);
-  if (answered && !arguments.out.empty()) {
-    write_whole(arguments.out, rig_yaml(answer));
-    say_wrote(arguments.out);
-  }
+  if (answered) write_answer_file(arguments.out, rig_yaml(answer));
   if (!arguments.report.empty())
     write_page(arguments.report, rig_page(rig, answer, options, input.pictures));
   print_answer(arguments.json ? rig_json(rig, answer, options.reference)
                               : rig_summary(answer, options.reference),
                arguments.json, answered ? arguments.out : "");
-  if (!answered && !arguments.out.empty())
-    print_to_stderr("tagcal: {}: not written, there is no answer\n", arguments.out);
+  if (!answered) say_no_answer_file(arguments.out);
   return answered ? kAnswer : kNoAnswer;
+}
+
+// Cameras, boards, corners and instants.
+void add_data(CLI::App& command, Arguments& arguments) {
+  add_option(command, "FOLDER", arguments.input.inputs,
+             "a data set with the key rig, or for each camera a folder of pictures, a pattern "
+             "('left*.png') or a data set")
+      .required();
+  add_option(command, "--target", arguments.targets,
+             "a board in the pictures: a target file. Of several, the places in one another are "
+             "estimated")
+      .text("T.yaml")
+      .repeatable();
+  add_picture_options(command, arguments.input);
+  add_flag(command, "--find-boards", arguments.find_boards,
+           "the boards of the data set stand still, but not at the places that it says: estimate "
+           "these")
+      .seldom();
+  add_option(command, "--observations", arguments.corners,
+             "files with the corners of each camera, in the order of the folders")
+      .separated_by(',')
+      .text("CSV,CSV");
+  add_no_cache(command, arguments.input.no_cache);
+  add_pair(command, arguments.pair,
+           ", time:find (the same, and each picture is moved to the time of its instant, with one "
+           "offset a camera)")
+      .text("name|index|time:Tms|time:find|FILE");
+}
+
+void add_lenses_and_outputs(CLI::App& command, Arguments& arguments) {
+  add_option(command, "--cameras", arguments.lenses,
+             "joint: lenses are estimated with the extrinsics; fixed: as --camera says, with its "
+             "standard deviations; start: estimated from there")
+      .one_of({"joint", "fixed", "start"})
+      .text("HOW");
+  add_option(command, "--camera", arguments.cameras,
+             "a camera's file of any format, for --cameras fixed or start")
+      .text("NAME=FILE")
+      .repeatable();
+  add_option(
+      command, "--model", arguments.models,
+      fmt::format("model of all cameras, or of one: auto, {}", fmt::join(model_names(), ", ")))
+      .suggests(model_names())
+      .text("M|NAME=M")
+      .repeatable();
+  add_option(command, "--reference", arguments.reference,
+             "the camera whose frame is that of the rig; default: the first")
+      .seldom()
+      .text("NAME");
+  add_option(command, "--out", arguments.out, "file for the rig, written if there is an answer")
+      .text("FILE")
+      .writes_text();
+  add_option(command, "--report", arguments.report,
+             "a page to look at: the rig in 3D, pairs, instants, lenses (report.md)")
+      .text("FILE.html");
+  add_flag(command, "--json", arguments.json, "one JSON object on stdout");
+  add_threads(command, arguments.threads);
 }
 
 }  // namespace
@@ -143,56 +196,8 @@ Command add_rig(CLI::App& app) {
   CLI::App* command =
       add_command(app, "rig", "several cameras on one body: their lenses and where they are");
   const auto arguments = std::make_shared<Arguments>();
-  add_option(*command, "FOLDER", arguments->input.inputs,
-             "a data set with the key rig, or for each camera a folder of pictures, a pattern "
-             "('left*.png') or a data set")
-      .required();
-  add_option(*command, "--target", arguments->targets,
-             "a board in the pictures: a target file. Of several, the places in one another are "
-             "estimated")
-      .text("T.yaml")
-      .repeatable();
-  add_picture_options(*command, arguments->input);
-  add_flag(*command, "--find-boards", arguments->find_boards,
-           "the boards of the data set stand still, but not at the places that it says: estimate "
-           "these")
-      .seldom();
-  add_option(*command, "--observations", arguments->corners,
-             "files with the corners of each camera, in the order of the folders")
-      .separated_by(',')
-      .text("CSV,CSV");
-  add_no_cache(*command, arguments->input.no_cache);
-  add_pair(*command, arguments->pair,
-           ", time:find (the same, and each picture is moved to the time of its instant, with one "
-           "offset a camera)")
-      .text("name|index|time:Tms|time:find|FILE");
-  add_option(*command, "--cameras", arguments->lenses,
-             "joint: lenses are estimated with the extrinsics; fixed: as --camera says, with its "
-             "standard deviations; start: estimated from there")
-      .one_of({"joint", "fixed", "start"})
-      .text("HOW");
-  add_option(*command, "--camera", arguments->cameras,
-             "a camera's file of any format, for --cameras fixed or start")
-      .text("NAME=FILE")
-      .repeatable();
-  add_option(
-      *command, "--model", arguments->models,
-      fmt::format("model of all cameras, or of one: auto, {}", fmt::join(model_names(), ", ")))
-      .suggests(model_names())
-      .text("M|NAME=M")
-      .repeatable();
-  add_option(*command, "--reference", arguments->reference,
-             "the camera whose frame is that of the rig; default: the first")
-      .seldom()
-      .text("NAME");
-  add_option(*command, "--out", arguments->out, "file for the rig, written if there is an answer")
-      .text("FILE")
-      .writes_text();
-  add_option(*command, "--report", arguments->report,
-             "a page to look at: the rig in 3D, pairs, instants, lenses (report.md)")
-      .text("FILE.html");
-  add_flag(*command, "--json", arguments->json, "one JSON object on stdout");
-  add_threads(*command, arguments->threads);
+  add_data(*command, *arguments);
+  add_lenses_and_outputs(*command, *arguments);
   add_footer(*command, "Example: tagcal rig left right --target board.yaml --out rig.yaml");
   return {command, [arguments] { return run(*arguments); }};
 }

@@ -122,6 +122,23 @@ int run(const Arguments& arguments) {
   return kAnswer;
 }
 
+// What is printed, one of these; `to` is for text only.
+void add_printed_forms(CLI::App& command, Arguments& arguments, Option& to) {
+  const Option steps = add_flag(command, "--steps", arguments.steps,
+                                "all named steps: frames, angles, normalising, depth, horizon");
+  const Option json = add_flag(command, "--json", arguments.json, "one JSON object on stdout");
+  const Option svg =
+      add_flag(command, "--svg", arguments.svg,
+               "a drawing on stdout: the scene with the view volume, the image, the NDC cube");
+  const Option opengl = add_flag(command, "--opengl", arguments.opengl,
+                                 "the camera as OpenGL's matrices, C++ to paste");
+  Option all[] = {steps, json, svg, opengl};
+  for (Option& one : all)
+    for (const Option& other : all)
+      if (&one < &other) one.excludes(other);
+  to.excludes(svg).excludes(opengl);
+}
+
 }  // namespace
 
 Command add_view(CLI::App& app) {
@@ -146,19 +163,7 @@ Command add_view(CLI::App& app) {
   add_integer(*command, "--seed", choice.seed, 0, "seed of the path jitter (0)");
   add_positive(*command, "--near", arguments->near_m, "distance of the near plane, m");
   add_positive(*command, "--far", arguments->far_m, "distance of the far plane, m");
-  const Option steps = add_flag(*command, "--steps", arguments->steps,
-                                "all named steps: frames, angles, normalising, depth, horizon");
-  const Option json = add_flag(*command, "--json", arguments->json, "one JSON object on stdout");
-  const Option svg =
-      add_flag(*command, "--svg", arguments->svg,
-               "a drawing on stdout: the scene with the view volume, the image, the NDC cube");
-  const Option opengl = add_flag(*command, "--opengl", arguments->opengl,
-                                 "the camera as OpenGL's matrices, C++ to paste");
-  Option all[] = {steps, json, svg, opengl};
-  for (Option& one : all)
-    for (const Option& other : all)
-      if (&one < &other) one.excludes(other);
-  to.excludes(svg).excludes(opengl);
+  add_printed_forms(*command, *arguments, to);
   add_footer(*command,
              "Example: tagcal view scene.yaml --at 7:2 --svg > view.svg\n"
              "         tagcal view desk --camera camera.yaml --steps\n"

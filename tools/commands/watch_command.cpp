@@ -75,10 +75,11 @@ Board target_of(const Arguments& arguments, std::vector<std::string>& warnings) 
   return board;
 }
 
-std::chrono::milliseconds pause_of(const Arguments& arguments) {
+WatchSettings settings_of(const Arguments& arguments) {
   constexpr double kDay_s = 86400;  // longer pauses are shortened to it
-  return std::chrono::milliseconds(
+  const std::chrono::milliseconds every(
       std::max(1L, std::lround(1000 * std::min(kDay_s, arguments.every_s))));
+  return {{}, goal_of(arguments.until), arguments.json, arguments.timeout_s, every};
 }
 
 CalibrateOptions calibrate_options(const Arguments& arguments) {
@@ -96,11 +97,7 @@ fs::path cache_of(const Arguments& arguments, const fs::path& out) {
 }
 
 int run_rig(const Arguments& arguments) {
-  RigWatchOptions options;
-  options.goal_px = goal_of(arguments.until);
-  options.timeout_s = arguments.timeout_s;
-  options.json = arguments.json;
-  options.every = pause_of(arguments);
+  RigWatchOptions options{settings_of(arguments), {}};
   options.calibration.calibrate = {calibrate_options(arguments)};
   const std::vector<std::string> names = names_of_folders(arguments.folders);
   for (const std::string& folder : arguments.folders) check_folder(folder);
@@ -123,16 +120,6 @@ int run_rig(const Arguments& arguments) {
   return RigSession(std::move(options), std::move(cameras), std::move(warnings)).run();
 }
 
-WatchOptions options_of(const Arguments& arguments) {
-  WatchOptions options;
-  options.goal_px = goal_of(arguments.until);
-  options.timeout_s = arguments.timeout_s;
-  options.json = arguments.json;
-  options.every = pause_of(arguments);
-  options.calibration = calibrate_options(arguments);
-  return options;
-}
-
 int watch(const Arguments& arguments, WatchOptions options, const fs::path& cache) {
   check_text_writable(options.out);
   check_replaces_nothing({options.out}, {arguments.target});
@@ -145,34 +132,60 @@ int watch(const Arguments& arguments, WatchOptions options, const fs::path& cach
 
 // A live video on stdin.
 int run_live(const Arguments& arguments) {
-  WatchOptions options = options_of(arguments);
-  options.out = arguments.out.empty() ? "camera.yaml" : arguments.out;
   std::vector<std::string> warnings;
   target_of(arguments, warnings);  // its errors come before a folder is made
+  const CalibrateOptions calibration = calibrate_options(arguments);
+  WatchSettings settings = settings_of(arguments);
+  settings.out = arguments.out.empty() ? "camera.yaml" : arguments.out;
   const LiveFrames frames(arguments.keep);
-  options.name = "the video on stdin";
-  options.folder = frames.folder();
-  options.has_ended = [&](std::string& why) {
+  const auto has_ended = [&frames](std::string& why) {
     why = frames.problem();
     return frames.has_ended();
   };
-  return watch(arguments, std::move(options), {});
+  return watch(arguments, {settings, frames.folder(), "the video on stdin", calibration, has_ended},
+               {});
 }
 
 int run(const Arguments& arguments) {
   if (arguments.rig) return run_rig(arguments);
+  const std::string& folder = arguments.folders.front();
   if (arguments.folders.size() > 1)
     throw Error("watch: takes one folder; those of several cameras on one body need --rig");
-  if (arguments.folders.front() == "-") return run_live(arguments);
+  if (folder == "-") return run_live(arguments);
   if (!arguments.keep.empty()) throw Error("--keep: needs a video on stdin (-)");
-  WatchOptions options = options_of(arguments);
-  options.name = arguments.folders.front();
-  options.folder = options.name;
-  check_folder(options.folder);
+  WatchOptions options{settings_of(arguments), folder, folder, calibrate_options(arguments), {}};
+  check_folder(folder);
   options.out =
       arguments.out.empty() ? default_out(options.folder, ".camera.yaml") : fs::path(arguments.out);
   const fs::path cache = cache_of(arguments, options.out);
   return watch(arguments, std::move(options), cache);
+}
+
+// The calibration, and when it ends.
+void add_calibration(CLI::App& command, Arguments& arguments) {
+  add_option(command, "--out", arguments.out,
+             "file for the camera, written whole after each picture that leaves an answer; "
+             "default: FOLDER.camera.yaml, of a rig rig.yaml, beside the folder; "
+             "of a video camera.yaml")
+      .text("FILE");
+  add_option(command, "--keep", arguments.keep,
+             "a new folder for the frames of the video that are used; default: they are not kept")
+      .seldom()
+      .text("DIR");
+  add_option(command, "--until", arguments.until,
+             "end once the largest standard deviation of the projection at infinity over the image "
+             "is at most this (0.1px), with corners in all parts of the image and 6 pictures")
+      .text("Xpx");
+  std::vector<std::string> models = model_names();
+  models.insert(models.begin(), "auto");
+  add_option(command, "--model", arguments.model, fmt::format("{}", fmt::join(models, ", ")))
+      .one_of(models)
+      .text("M");
+  add_positive(command, "--timeout", arguments.timeout_s,
+               "end after this many seconds without a new picture; default: never");
+  add_positive(command, "--every", arguments.every_s,
+               "seconds between two looks at the folder (0.5)")
+      .seldom();
 }
 
 }  // namespace
@@ -194,41 +207,18 @@ Command add_watch(CLI::App& app) {
   add_length(*command, "--tag-size", arguments->tag_size_m,
              "side of the tags in metres, if --target is a field layout of WPILib (0.1651)")
       .seldom();
-  add_option(
-      *command, "--out", arguments->out,
-      "file for the camera, written whole after each picture that leaves an answer; "
-      "default: FOLDER.camera.yaml, of a rig rig.yaml, beside the folder; of a video camera.yaml")
-      .text("FILE");
-  add_option(*command, "--keep", arguments->keep,
-             "a new folder for the frames of the video that are used; default: they are not kept")
-      .seldom()
-      .text("DIR");
-  add_option(*command, "--until", arguments->until,
-             "end once the largest standard deviation of the projection at infinity over the image "
-             "is at most this (0.1px), with corners in all parts of the image and 6 pictures")
-      .text("Xpx");
-  std::vector<std::string> models = model_names();
-  models.insert(models.begin(), "auto");
-  add_option(*command, "--model", arguments->model, fmt::format("{}", fmt::join(models, ", ")))
-      .one_of(models)
-      .text("M");
-  add_positive(*command, "--timeout", arguments->timeout_s,
-               "end after this many seconds without a new picture; default: never");
-  add_positive(*command, "--every", arguments->every_s,
-               "seconds between two looks at the folder (0.5)")
-      .seldom();
+  add_calibration(*command, *arguments);
   add_flag(*command, "--json", arguments->json,
            "at the end one JSON object on stdout, as of tagcal calibrate; all else on stderr");
   add_no_cache(*command, arguments->no_cache);
   add_threads(*command, arguments->threads);
-  add_footer(
-      *command,
-      "Example: tagcal watch photos --target board.yaml --until 0.1px\n"
-      "         tagcal watch photos --target board.yaml --out c.yaml --timeout 120\n"
-      "         ffmpeg .. -f mjpeg - | tagcal watch - --target board.yaml\n"
-      "         tagcal watch left right --target board.yaml --until 0.1px --rig\n"
-      "Exit codes: 0 a calibration (with --until: the goal is met),\n"
-      "            1 the goal is not met, 2 bad input, 3 no calibration.");
+  add_footer(*command,
+             "Example: tagcal watch photos --target board.yaml --until 0.1px\n"
+             "         tagcal watch photos --target board.yaml --out c.yaml --timeout 120\n"
+             "         ffmpeg .. -f mjpeg - | tagcal watch - --target board.yaml\n"
+             "         tagcal watch left right --target board.yaml --until 0.1px --rig\n"
+             "Exit codes: 0 a calibration (with --until: the goal is met),\n"
+             "            1 the goal is not met, 2 bad input, 3 no calibration.");
   return {command, [arguments] { return run(*arguments); }};
 }
 

@@ -210,6 +210,16 @@ void draw_outlines(Canvas& canvas, const PoseDrawing& drawing) {
 
 }  // namespace
 
+void set_target(const std::map<CornerId, Vector3d>& points, PoseDrawing& drawing) {
+  std::map<int, std::vector<Vector3d>> outlines;
+  for (const auto& [id, x] : points) {
+    drawing.target.extend(x);
+    outlines[id.tag_id].push_back(x);
+  }
+  for (const auto& [id, outline] : outlines)
+    if (outline.size() >= 4) drawing.outlines.push_back(outline);  // not of points
+}
+
 ImageRgb draw_pose(const PoseDrawing& drawing, const Image8& picture) {
   Canvas canvas = picture.empty() ? Canvas(drawing.camera.image_size, kWhite) : Canvas(picture);
   if (picture.empty()) draw_outlines(canvas, drawing);

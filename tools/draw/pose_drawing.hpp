@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <map>
 #include <vector>
 
 #include "tagcal/camera/camera.hpp"
@@ -18,6 +19,9 @@ struct PoseDrawing {
   std::vector<Pose> camera_from_target;                // best first
   std::vector<std::vector<Eigen::Vector3d>> outlines;  // of the tags, if there is no picture
 };
+
+// Sets the box about the points of a target, and the outlines of its tags.
+void set_target(const std::map<CornerId, Eigen::Vector3d>& points, PoseDrawing& drawing);
 
 // Returns the picture, or white if it is empty, with the target's axes (x red, y green, z blue,
 // half as long as the target) and a box on the target towards the camera, half as high as it is

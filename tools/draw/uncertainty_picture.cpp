@@ -6,6 +6,8 @@
 
 #include "draw/heat_map.hpp"
 #include "job/shown_parameters.hpp"
+#include "tagcal/io/image_file.hpp"
+#include "tagcal/io/text_file.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -13,12 +15,6 @@ namespace {
 constexpr int kTitleHeight = 30;
 
 HeatMap map_of(const ProjectionUncertainty& p) { return {p.grid, p.sigma_px}; }
-
-}  // namespace
-
-std::string distance_text(double distance_m) {
-  return std::isfinite(distance_m) ? fmt::format("{:.3g} m", distance_m) : "infinity";
-}
 
 std::string uncertainty_svg(const Calibration& calibration) {
   const int panel = map_of(calibration.projection.front()).height() + kTitleHeight;
@@ -53,6 +49,19 @@ Image8 uncertainty_image(const Calibration& calibration) {
             std::lround(255 * map.level((x + 0.5) / kHeatMapWidth, (y + 0.5) / height)));
   }
   return image;
+}
+
+}  // namespace
+
+std::string distance_text(double distance_m) {
+  return std::isfinite(distance_m) ? fmt::format("{:.3g} m", distance_m) : "infinity";
+}
+
+void write_uncertainty_picture(const std::filesystem::path& file, const Calibration& calibration) {
+  if (file.extension() == ".png")
+    write_png(file, uncertainty_image(calibration));
+  else
+    write_whole(file, uncertainty_svg(calibration));
 }
 
 }  // namespace tagcal::tools

@@ -225,6 +225,20 @@ void add_common_options(const std::vector<Command>& commands, bool& quiet, bool&
   }
 }
 
+void add_program_help(CLI::App& app, const ProgramText& program) {
+  const auto formatter = std::make_shared<GroupedFormatter>();
+  formatter->column_width(26);
+  formatter->label("SUBCOMMAND", "COMMAND");
+  app.formatter(formatter);
+  app.set_help_flag("-h,--help", "this text; of a command, its options");
+  app.set_help_all_flag("--help-all", "all options of all commands");
+  app.set_version_flag("--version", "tagcal " TAGCAL_VERSION "\nbuilt with " TAGCAL_BUILT_WITH,
+                       "the version of the program and of its libraries");
+  app.require_subcommand(1, 1);
+  app.footer(program.examples +
+             "\nExit codes: 0 an answer, 1 a check that fails, 2 bad input or usage, 3 no answer");
+}
+
 int run_in_json(const Command& command) {
   begin_record();
   const int code = command.run();
@@ -250,17 +264,7 @@ void read_help_word(int argc, char** argv) {
 int run_command_line(int argc, char** argv, const CommandTable& table, const ProgramText& program) {
   read_help_word(argc, argv);
   CLI::App app(program.description, std::filesystem::path(argv[0]).filename().string());
-  const auto formatter = std::make_shared<GroupedFormatter>();
-  formatter->column_width(26);
-  formatter->label("SUBCOMMAND", "COMMAND");
-  app.formatter(formatter);
-  app.set_help_flag("-h,--help", "this text; of a command, its options");
-  app.set_help_all_flag("--help-all", "all options of all commands");
-  app.set_version_flag("--version", "tagcal " TAGCAL_VERSION "\nbuilt with " TAGCAL_BUILT_WITH,
-                       "the version of the program and of its libraries");
-  app.require_subcommand(1, 1);
-  app.footer(program.examples +
-             "\nExit codes: 0 an answer, 1 a check that fails, 2 bad input or usage, 3 no answer");
+  add_program_help(app, program);
   end_tidily_on_signals();
   const std::vector<Command> commands = table(app);
   bool quiet = false, json = false;

@@ -108,7 +108,8 @@ Input read_pictures(const InputArguments& arguments) {
   return input;
 }
 
-Input read_folder(const InputArguments& arguments) {
+// Throws Error, with what to do, if the input is not one folder of a data set.
+void check_dataset_folder(const InputArguments& arguments) {
   const std::string& folder = arguments.inputs.front();
   const char* const advice =
       arguments.takes_pictures ? " (pictures need their board, --target T.yaml)" : "";
@@ -125,6 +126,11 @@ Input read_folder(const InputArguments& arguments) {
     const std::vector<fs::path> unread = files_not_read(folder);
     if (!unread.empty()) read_image_size(unread.front());  // says what to do
   }
+}
+
+Input read_folder(const InputArguments& arguments) {
+  check_dataset_folder(arguments);
+  const std::string& folder = arguments.inputs.front();
   Exclusion exclusion(arguments.excluded);
   DatasetFolder read =
       read_dataset(folder, [&](const fs::path& file) { return exclusion.excludes(file); });

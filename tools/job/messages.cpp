@@ -85,6 +85,17 @@ void say_wrote(const std::filesystem::path& file, const std::string& content) {
     print_note("wrote {}{}{}\n", file.string(), content.empty() ? "" : ": ", content);
 }
 
+void write_answer_file(const std::filesystem::path& file, const std::string& text) {
+  if (file.empty()) return;
+  write_whole(file, text);
+  say_wrote(file);
+}
+
+void say_no_answer_file(const std::filesystem::path& file, const char* what) {
+  if (!file.empty())
+    print_to_stderr("tagcal: {}: not {}, there is no answer\n", file.string(), what);
+}
+
 Error named_error(const std::string& name, const Error& error) {
   const std::string message = error.what();
   const bool is_named = message.starts_with("--") || message.starts_with(name + ":");

@@ -67,6 +67,12 @@ void write_table(const std::string& csv, const std::filesystem::path& out, bool 
 // but for caches. Not of devices and pipes, such as /dev/stdout.
 void say_wrote(const std::filesystem::path& file, const std::string& content = "");
 
+// Writes the file of an answer, and says so. "": nothing.
+void write_answer_file(const std::filesystem::path& file, const std::string& text);
+
+// Says that the file of an answer was not "written" or "drawn", because there is none. "": nothing.
+void say_no_answer_file(const std::filesystem::path& file, const char* what = "written");
+
 // An error of the library about what a file or an option gave, with the name of that before it.
 Error named_error(const std::string& name, const Error& error);
 

@@ -49,6 +49,12 @@ void check_text_writable(const fs::path& file) {
   check_writable(file);
 }
 
+void check_drawing_writable(const fs::path& file) {
+  if (!file.empty() && file.extension() != ".svg" && file.extension() != ".png")
+    throw Error(fmt::format("{}: must end in .svg or .png", file.string()));
+  check_writable(file);
+}
+
 void check_replaces_nothing(const std::vector<fs::path>& outputs,
                             const std::vector<fs::path>& inputs) {
   std::error_code unknown;

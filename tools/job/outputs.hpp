@@ -15,6 +15,9 @@ void check_writable(const std::filesystem::path& file);
 // has behind an option whose value was forgotten: `--out photos/*.png`.
 void check_text_writable(const std::filesystem::path& file);
 
+// The same for a drawing, which must end in .svg or .png.
+void check_drawing_writable(const std::filesystem::path& file);
+
 // Throws Error if two of the outputs are one file, or if one of them is an input.
 void check_replaces_nothing(const std::vector<std::filesystem::path>& outputs,
                             const std::vector<std::filesystem::path>& inputs);

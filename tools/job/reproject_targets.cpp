@@ -4,18 +4,18 @@
 
 #include <charconv>
 #include <cmath>
-#include <numbers>
 
 #include "job/camera_input.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/geometry/transform.hpp"
+#include "tagcal/internal/degrees.hpp"
 #include "tagcal/reproject/cameras.hpp"
 #include "tagcal/reproject/maps.hpp"
 
 namespace tagcal::tools {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
+using internal::kDegree;
 // Pixels of one new picture. Beyond it the memory of a usual machine ends: tiles do not.
 constexpr double kMostPixels = 400e6;
 constexpr int kMostSide = 1'000'000;          // of a plane, in tiles

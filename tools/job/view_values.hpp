@@ -3,8 +3,8 @@
 #include <Eigen/Core>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <optional>
+#include "tagcal/internal/degrees.hpp"
 
 // Values of the report of `tagcal view`, as JSON.
 
@@ -12,7 +12,7 @@ namespace tagcal::tools {
 
 using Json = nlohmann::ordered_json;
 
-inline double degrees(double rad) { return rad * 180 / std::numbers::pi; }
+using internal::degrees;
 
 // Zero instead of a number that is printed as "-0.000000".
 inline double shown(double value) { return std::abs(value) < 0.5e-6 ? 0 : value; }

@@ -9,13 +9,14 @@
 #include "job/camera_input.hpp"
 #include "page_data/page_parts.hpp"
 #include "report/lens_comparison.hpp"
+#include "tagcal/internal/degrees.hpp"
 
 namespace tagcal::tools {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kDegree = std::numbers::pi / 180;
+using internal::kDegree;
 
 PageJson vector_json(const Vector3d& v) {
   return {significant(v.x()), significant(v.y()), significant(v.z())};

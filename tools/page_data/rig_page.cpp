@@ -14,7 +14,7 @@
 #include "page_data/rig_picture.hpp"
 #include "report/rig_report.hpp"
 #include "tagcal/error.hpp"
-#include "tagcal/estimate/calibrate_rig.hpp"
+#include "tagcal/estimate/rig_types.hpp"
 #include "tagcal/io/camera_file.hpp"
 #include "tagcal/io/rig_calibration_file.hpp"
 

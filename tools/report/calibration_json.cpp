@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <span>
 #include <vector>
 
@@ -10,6 +9,7 @@
 #include "report/calibration_report.hpp"
 #include "report/findings.hpp"
 #include "report/json_parts.hpp"
+#include "tagcal/internal/degrees.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -98,8 +98,7 @@ Json weak_directions_json(const Calibration& calibration) {
 
 Json advice_json(const std::optional<AdvisedView>& advice) {
   if (!advice) return nullptr;
-  constexpr double kDegree = std::numbers::pi / 180;
-  return {{"tilt_deg", advice->tilt_rad / kDegree},
+  return {{"tilt_deg", advice->tilt_rad / internal::kDegree},
           {"distance_m", advice->distance_m},
           {"pixel", {advice->pixel.x(), advice->pixel.y()}},
           {"focal_sigma_now_px", advice->focal_sigma_now_px},

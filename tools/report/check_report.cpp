@@ -4,17 +4,15 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <numbers>
 
 #include "job/terminal.hpp"
 #include "report/findings.hpp"
+#include "tagcal/internal/degrees.hpp"
 
 namespace tagcal::tools {
 namespace {
 
 using CheckJson = nlohmann::ordered_json;
-
-constexpr double kDegreesOfRadian = 180 / std::numbers::pi;
 
 // A parameter as people read it: a place in degrees and mm.
 struct ShownChange {
@@ -26,7 +24,7 @@ struct ShownChange {
 ShownChange shown_as(const CameraChange& change, const ParameterChange& parameter) {
   const std::string axis = parameter.name.substr(parameter.name.size() - 1);
   if (change.kind == ChangeKind::place && parameter.name.starts_with("r"))
-    return {"turned about " + axis, kDegreesOfRadian, " deg"};
+    return {"turned about " + axis, internal::degrees(1), " deg"};
   if (change.kind == ChangeKind::place) return {"moved along " + axis, 1e3, " mm"};
   const bool is_pixel = parameter.name.starts_with("f") || parameter.name.starts_with("c");
   return {parameter.name, 1, is_pixel ? " px" : ""};

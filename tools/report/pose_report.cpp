@@ -9,11 +9,11 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <set>
 
 #include "tagcal/estimate/pose.hpp"
 #include "tagcal/geometry/viewpoint.hpp"
+#include "tagcal/internal/degrees.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -23,7 +23,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kOutliersShown = 12;
 
-double degrees(double rad) { return rad * 180 / std::numbers::pi; }
+using internal::degrees;
 
 Json or_null(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
 
@@ -136,7 +136,7 @@ std::string vector_line(std::string_view name, const Vector3d& values, const Vec
   return line(name, fmt::format("{} {:<3} +-{:<22}  {}", numbers, unit, deviations, meaning));
 }
 
-Vector3d degrees(const Vector3d& rad) { return rad * (180 / std::numbers::pi); }
+Vector3d degrees(const Vector3d& rad) { return rad * degrees(1); }
 
 std::string quaternion_line(const Pose& pose) {
   const Eigen::Quaterniond q = shown_rotation(pose);

@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <numbers>
 
 #include "job/terminal.hpp"
 #include "report/findings.hpp"
 #include "report/json_parts.hpp"
+#include "tagcal/internal/degrees.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -18,7 +18,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Eigen::Vector3d;
 
-constexpr double kDegrees = 180 / std::numbers::pi;
+using internal::degrees;
 
 std::string with_sigma(double value, double sigma) {
   const Measured m = measured(value, sigma);
@@ -162,10 +162,11 @@ std::string rig_verdict(const RigCalibration& rig) {
 
 std::vector<std::string> place_texts(const Pose& camera_from_rig, const Matrix6& covariance) {
   const Vector3d t = 1e3 * camera_from_rig.translation();
-  const Vector3d r = kDegrees * log_rotation(camera_from_rig.rotation());
+  const Vector3d r = degrees(1) * log_rotation(camera_from_rig.rotation());
   std::vector<std::string> texts;
   for (int i = 0; i < 3; ++i) texts.push_back(with_sigma(t[i], 1e3 * sigma_of(covariance, 3 + i)));
-  for (int i = 0; i < 3; ++i) texts.push_back(with_sigma(r[i], kDegrees * sigma_of(covariance, i)));
+  for (int i = 0; i < 3; ++i)
+    texts.push_back(with_sigma(r[i], degrees(1) * sigma_of(covariance, i)));
   return texts;
 }
 

@@ -36,10 +36,10 @@ FoundCorners by_corner_sub_pix(const CheckerView& view, double square_px, Random
   std::vector<Eigen::Vector2d> starts;
   for (const auto& [id, at] : view.corners)
     starts.push_back(at + Eigen::Vector2d(random.uniform(-.3, .3), random.uniform(-.3, .3)));
-  const PeerDetector peer{"cornerSubPix", [&](const Image8& image) {
-                            return corners_by_sub_pix(image, starts, square_px);
-                          }};
-  return corners_by_peer(peer, view.image, view.corners);
+  const auto find = [&](const Image8& image) {
+    return corners_by_sub_pix(image, starts, square_px);
+  };
+  return corners_by_peer({"cornerSubPix", find}, view.image, view.corners);
 }
 
 FoundCorners by_sectors(const CheckerView& view) {

@@ -8,17 +8,17 @@
 
 #include <Eigen/Cholesky>
 #include <cmath>
-#include <numbers>
 
 #include "studies/studies.hpp"
 #include "study/processor_time.hpp"
 #include "study/tasks/handeye_tasks.hpp"
+#include "tagcal/internal/degrees.hpp"
 
 namespace tagcal {
 using namespace study;
 namespace {
 
-constexpr double kRadian = std::numbers::pi / 180;
+using internal::kDegree;
 constexpr double kWrongShare = 0.1, kWrongRad = 0.1;
 constexpr double kChiSquare95 = 12.592;  // six degrees of freedom
 
@@ -26,9 +26,9 @@ HandeyeKind drawn_kind(Random& random) {
   HandeyeKind kind;
   kind.mount = random.uniform() < 0.5 ? CameraMount::hand : CameraMount::base;
   kind.num_poses = static_cast<int>(std::exp(random.uniform(std::log(3.0), std::log(60.999))));
-  kind.axis_spread_rad = kRadian * std::exp(random.uniform(0, std::log(45)));
+  kind.axis_spread_rad = kDegree * std::exp(random.uniform(0, std::log(45)));
   kind.robot_sigma_m = 1e-3 * random.uniform(0, 3);
-  kind.robot_sigma_rad = kRadian * random.uniform(0, 0.5);
+  kind.robot_sigma_rad = kDegree * random.uniform(0, 0.5);
   kind.sigma_px = std::exp(random.uniform(std::log(0.05), std::log(0.5)));
   return kind;
 }
@@ -49,7 +49,7 @@ std::vector<Values> measure_handeye(RobotMistake mistake, std::uint64_t seed) {
   if (mistake == RobotMistake::shifted) kind.num_poses = std::max(kind.num_poses, 12);
   const HandeyeTask task = draw_handeye(kind, random);
   const std::string poses = stratum(kind.num_poses, {5, 10, 25}, "poses");
-  const std::string spread = stratum(kind.axis_spread_rad / kRadian, {5, 15}, "deg");
+  const std::string spread = stratum(kind.axis_spread_rad / kDegree, {5, 15}, "deg");
   const std::string noise = stratum(1e3 * kind.robot_sigma_m, {0.75, 1.5}, "mm");
   std::vector<Values> rows;
   for (const HandeyeMethod& method : handeye_methods()) {
@@ -60,7 +60,7 @@ std::vector<Values> measure_handeye(RobotMistake mistake, std::uint64_t seed) {
     if (answer.mount_from_camera) {
       const Vector6d e = minus(task.mount_from_camera, *answer.mount_from_camera);
       mm = 1e3 * e.tail<3>().norm();
-      deg = e.head<3>().norm() / kRadian;
+      deg = e.head<3>().norm() / kDegree;
       wrong = answer.answered && (e.tail<3>().norm() > kWrongShare * task.distance_m ||
                                   e.head<3>().norm() > kWrongRad);
       warned = wrong > 0 && answer.warned;

@@ -23,13 +23,8 @@ struct WatchedCamera {
   int missed_looks = 0;
 };
 
-struct RigWatchOptions {
-  std::filesystem::path out;
+struct RigWatchOptions : WatchSettings {
   RigOptions calibration;
-  double goal_px = 0;  // 0: none
-  bool json = false;
-  double timeout_s = 0;  // without a change of the folders; 0: none
-  std::chrono::milliseconds every{500};
 };
 
 // Follows the folders of a rig's cameras, calibrates after each change, and tells which pair of

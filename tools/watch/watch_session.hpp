@@ -16,18 +16,13 @@
 
 namespace tagcal::tools {
 
-struct WatchOptions {
+struct WatchOptions : WatchSettings {
   std::filesystem::path folder;
   std::string name;  // of the folder in messages
+  CalibrateOptions calibration;
   // Of a folder that a live video fills: true once no picture comes any more; `why`: the fault that
   // ended it. Empty: pictures may always come.
   std::function<bool(std::string& why)> has_ended;
-  std::filesystem::path out;
-  CalibrateOptions calibration;
-  double goal_px = 0;  // 0: none
-  bool json = false;
-  double timeout_s = 0;  // without a change of the folder; 0: none
-  std::chrono::milliseconds every{500};
 };
 
 // Follows a folder, calibrates after each picture, and tells what it did. The calibration's file is

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -13,6 +14,14 @@
 #include "tagcal/scene/dataset.hpp"
 
 namespace tagcal::tools {
+
+struct WatchSettings {
+  std::filesystem::path out;
+  double goal_px = 0;  // 0: none
+  bool json = false;
+  double timeout_s = 0;  // without a change of the folders; 0: none
+  std::chrono::milliseconds every{500};
+};
 
 // What became of a picture.
 enum class Fate {

@@ -3,11 +3,11 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 #include <memory>
-#include <numbers>
 
 #include "study/atlas/map_calibration.hpp"
 #include "study/atlas/stability_judge.hpp"
 #include "study/tasks/handeye_tasks.hpp"
+#include "tagcal/internal/degrees.hpp"
 
 namespace tagcal::study {
 namespace {
@@ -72,9 +72,7 @@ std::vector<StabilityMap> handeye_maps() {
   std::vector<StabilityMap> maps;
   maps.push_back(handeye_map(
       "handeye-axes", {"spread of the axes", "deg", {0, 0.5, 2, 5, 10, 40}, {}},
-      [](double degrees) {
-        return HandeyeKind{.axis_spread_rad = degrees * std::numbers::pi / 180};
-      },
+      [](double degrees) { return HandeyeKind{.axis_spread_rad = internal::radians(degrees)}; },
       [](double degrees) { return degrees >= 40; }));
   maps.back().title = "Hand-eye: spread of the rotation axes, 15 poses, robot 1 mm and 0.11 deg";
   maps.back().what = "Turns about one axis leave the camera's place along it open";

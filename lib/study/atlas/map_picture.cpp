@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <numbers>
 
 #include "study/atlas/stability_judge.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
+#include "tagcal/internal/degrees.hpp"
 
 namespace tagcal::study {
 namespace {
@@ -51,8 +51,7 @@ void ask_corners(StabilityMap& map,
 }  // namespace
 
 bool is_readable(const TagViewSpec& spec) {
-  const double cell =
-      spec.side_px / kCellsAcross * std::cos(spec.tilt_deg * std::numbers::pi / 180);
+  const double cell = spec.side_px / kCellsAcross * std::cos(internal::radians(spec.tilt_deg));
   return spec.side_px >= kReadableSidePx &&
          cell >= kReadableCellOverBlur * std::hypot(spec.blur_px, std::sqrt(1.0 / 12));
 }

@@ -5,10 +5,10 @@
 #include <Eigen/Core>
 #include <cmath>
 #include <memory>
-#include <numbers>
 
 #include "study/chart/chart_study.hpp"
 #include "study/tasks/handeye_tasks.hpp"
+#include "tagcal/internal/degrees.hpp"
 
 namespace tagcal::study {
 namespace {
@@ -27,7 +27,7 @@ void add_panel(const std::string& title, const HandeyeKind& kind, ChartStudy& st
     return attempts_of(methods, task, [truth, bound](const HandeyeAnswer& answer) -> Verdict {
       if (!answer.mount_from_camera || bound.size() == 0) return {};
       const Vector6d e = minus(truth, *answer.mount_from_camera);
-      const double degrees = 180 / std::numbers::pi * e.head<3>().norm();
+      const double degrees = internal::degrees(1) * e.head<3>().norm();
       const double sigma_m = std::sqrt(bound.bottomRightCorner<3, 3>().trace());
       return {!(degrees < kGrossHandeyeDegrees), 1e3 * e.tail<3>().norm(),
               e.tail<3>().norm() / sigma_m};
@@ -51,12 +51,11 @@ ChartStudy handeye_chart(bool quick) {
   if (quick) return study;
   for (const double degrees : {2.0, 10.0})
     add_panel(fmt::format("15 poses, spread of axes {:g} deg", degrees),
-              {.axis_spread_rad = degrees * std::numbers::pi / 180}, study);
+              {.axis_spread_rad = internal::radians(degrees)}, study);
   for (const double noise : {0.0, 3.0})
-    add_panel(
-        fmt::format("15 poses, robot {:g} mm, {:g} deg", noise, noise / 6),
-        {.robot_sigma_m = 1e-3 * noise, .robot_sigma_rad = noise / 6 * std::numbers::pi / 180},
-        study);
+    add_panel(fmt::format("15 poses, robot {:g} mm, {:g} deg", noise, noise / 6),
+              {.robot_sigma_m = 1e-3 * noise, .robot_sigma_rad = internal::radians(noise / 6)},
+              study);
   return study;
 }
 

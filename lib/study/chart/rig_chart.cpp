@@ -10,6 +10,7 @@
 #include "study/peers/mrcal_peer.hpp"
 #include "study/tasks/rig_tasks.hpp"
 #include "tagcal/estimate/bundle/covariance.hpp"
+#include "tagcal/internal/degrees.hpp"
 
 namespace tagcal::study {
 namespace {
@@ -42,8 +43,8 @@ struct RigTruth {
       over_bound +=
           std::pow(along.dot(shift), 2) / along.dot(of_camera.bottomRightCorner<3, 3>() * along);
     }
-    const double unit = of_rotation ? 180 / std::numbers::pi : 1e3;
-    return {!(rotation < kGrossDegrees * std::numbers::pi / 180),
+    const double unit = of_rotation ? internal::degrees(1) : 1e3;
+    return {!(rotation < internal::radians(kGrossDegrees)),
             unit * std::sqrt(square / static_cast<double>(n)),
             std::sqrt(over_bound / static_cast<double>(n))};
   }

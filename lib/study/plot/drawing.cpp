@@ -1,11 +1,11 @@
 #include "study/plot/drawing.hpp"
+#include "tagcal/internal/degrees.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace tagcal::study {
 namespace {
@@ -16,7 +16,7 @@ using Eigen::Vector2d;
 std::vector<Vector2d> corners(int count, double first_deg, const Vector2d& centre, double radius) {
   std::vector<Vector2d> points;
   for (int i = 0; i < count; ++i) {
-    const double angle = (first_deg + 360.0 * i / count) * std::numbers::pi / 180;
+    const double angle = internal::radians(first_deg + 360.0 * i / count);
     points.push_back(centre + radius * Vector2d(std::cos(angle), -std::sin(angle)));
   }
   return points;

@@ -144,10 +144,8 @@ HandeyeTask draw_handeye(const HandeyeKind& kind, Random& random) {
     view.seen = seen_corners(truth, camera_from_board, points, kind.sigma_px, random);
     if (view.seen.ids.size() < kFewest) continue;
     distances += eye.norm();
-    const Pose mount_from_holder =
-        task.mount_from_camera * camera_from_board * task.holder_from_board.inverse();
-    const Pose hand =
-        kind.mount == CameraMount::base ? mount_from_holder : mount_from_holder.inverse();
+    const Pose hand = internal::mount_from_holder(  // its own inverse
+        kind.mount, task.mount_from_camera * camera_from_board * task.holder_from_board.inverse());
     task.base_from_hand.push_back(hand);
     view.base_from_hand =
         retract(hand, normal_step(random, kind.robot_sigma_rad, kind.robot_sigma_m));

@@ -1,16 +1,16 @@
 #pragma once
 
-#include <numbers>
 #include <vector>
 
 #include "study/tasks/pose_task.hpp"
+#include "tagcal/internal/degrees.hpp"
 #include "tagcal/random.hpp"
 
 // Random views for studies of poses: f = 900 px, 1280 x 800 px.
 
 namespace tagcal::study {
 
-inline constexpr double kDegree = std::numbers::pi / 180;
+using internal::kDegree;
 inline constexpr double kStudyFocalPx = 900;
 
 Camera study_camera();

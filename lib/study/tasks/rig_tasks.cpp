@@ -25,12 +25,6 @@ constexpr int kSecondBoard = 200;  // its first tag
 constexpr int kGridPoints = 12;    // across
 constexpr double kGridSpacingM = 0.06;
 
-Vector6d random_step(Random& random, double rad, double m) {
-  Vector6d step;
-  for (int i = 0; i < 6; ++i) step[i] = random.uniform(-1, 1) * (i < 3 ? rad : m);
-  return step;
-}
-
 Pose before_the_board(double spread, Random& random) {
   const Vector3d centre =
       kBoardCentre + spread * Vector3d(random.uniform(-0.25, 0.25), random.uniform(-0.25, 0.25), 0);
@@ -42,31 +36,6 @@ Pose before_the_board(double spread, Random& random) {
       Vector3d(std::cos(roll), std::sin(roll), 0.1));
 }
 
-// A pose plus sums of slow waves of its six coordinates, about the board's centre.
-std::function<Pose(double)> steady_motion(Random& random) {
-  const Pose middle = before_the_board(0.5, random), at_centre({1, 0, 0, 0}, kBoardCentre);
-  std::vector<Vector6d> amplitude, phase, rate;
-  for (int k = 0; k < 3; ++k) {
-    amplitude.push_back(random_step(random, 0.35, 0.12));
-    phase.push_back(random_step(random, std::numbers::pi, std::numbers::pi));
-    rate.push_back(random_step(random, 0.35, 0.35));
-  }
-  return [=](double t) {
-    Vector6d step = Vector6d::Zero();
-    for (int k = 0; k < 3; ++k)
-      step.array() +=
-          amplitude[k].array() *
-          (rate[k].array() * t + phase[k].array()).unaryExpr([](double x) { return std::sin(x); });
-    return middle * at_centre * exp_pose(step) * at_centre.inverse();
-  };
-}
-
-Lens draw_lens(Random& random) {
-  const double f = random.uniform(800, 1000);
-  return Perspective({f, f * 1.001, 640 + random.uniform(-9, 9), 400 + random.uniform(-9, 9),
-                      random.uniform(-0.2, 0), 0.05, 0, 0, 0});
-}
-
 Vector6d draw_move(double metres, Random& random) {
   Vector6d move = random_step(random, 0.2 * metres, 0);
   move.tail<3>() =
@@ -76,7 +45,7 @@ Vector6d draw_move(double metres, Random& random) {
 
 // The rig before the world by the time in instants.
 std::function<Pose(double)> motion_of(const RigKind& kind, Random& random) {
-  if (kind.late != 0) return steady_motion(random);
+  if (kind.late != 0) return steady_motion(before_the_board(0.5, random), kBoardCentre, random);
   std::vector<Pose> stills;
   const Pose first = before_the_board(0.25, random);
   for (int t = 0; t < kind.num_instants; ++t) {
@@ -185,6 +154,37 @@ ViewRows rows_of(const RigTask& task, std::size_t t, std::size_t camera, const U
 
 }  // namespace
 
+Vector6d random_step(Random& random, double rad, double m) {
+  Vector6d step;
+  for (int i = 0; i < 6; ++i) step[i] = random.uniform(-1, 1) * (i < 3 ? rad : m);
+  return step;
+}
+
+std::function<Pose(double)> steady_motion(const Pose& middle, const Vector3d& centre,
+                                          Random& random) {
+  const Pose at_centre({1, 0, 0, 0}, centre);
+  std::vector<Vector6d> amplitude, phase, rate;
+  for (int k = 0; k < 3; ++k) {
+    amplitude.push_back(random_step(random, 0.35, 0.12));
+    phase.push_back(random_step(random, std::numbers::pi, std::numbers::pi));
+    rate.push_back(random_step(random, 0.35, 0.35));
+  }
+  return [=](double t) {
+    Vector6d step = Vector6d::Zero();
+    for (int k = 0; k < 3; ++k)
+      step.array() +=
+          amplitude[k].array() *
+          (rate[k].array() * t + phase[k].array()).unaryExpr([](double x) { return std::sin(x); });
+    return middle * at_centre * exp_pose(step) * at_centre.inverse();
+  };
+}
+
+Lens draw_rig_lens(Random& random) {
+  const double f = random.uniform(800, 1000);
+  return Perspective({f, f * 1.001, 640 + random.uniform(-9, 9), 400 + random.uniform(-9, 9),
+                      random.uniform(-0.2, 0), 0.05, 0, 0, 0});
+}
+
 RigTask draw_rig(const RigKind& kind, Random& random) {
   RigTask task{{}, kRigSigmaPx, {}};
   RigDataset& rig = task.rig;
@@ -198,7 +198,7 @@ RigTask draw_rig(const RigKind& kind, Random& random) {
   for (int c = 0; c < kind.num_cameras; ++c) {
     const bool is_last = c + 1 == kind.num_cameras;
     RigCamera camera{"cam" + std::to_string(c), {}, {}};
-    camera.data = {kRigImage, boards, {}, Truth{{draw_lens(random), kRigImage}, "", {}}};
+    camera.data = {kRigImage, boards, {}, Truth{{draw_rig_lens(random), kRigImage}, "", {}}};
     const Pose place = c == 0          ? Pose()
                        : kind.is_wheel ? half_turn
                                        : retract(Pose(), random_step(random, 0.2, 0.2));

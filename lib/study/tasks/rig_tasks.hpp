@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -30,6 +31,14 @@ struct RigTask {
   double sigma_px = 0;
   std::vector<Pose> rig_from_world;  // by instant; of the cameras that are in time
 };
+
+// What other random rigs share: a step of at most `rad` and `m` in each coordinate, a pose plus
+// sums of slow waves of its six coordinates about a centre, by the time in instants, and a lens.
+Vector6d random_step(Random& random, double rad, double m);
+std::function<Pose(double)> steady_motion(const Pose& middle, const Eigen::Vector3d& centre,
+                                          Random& random);
+Lens draw_rig_lens(Random& random);
+
 RigTask draw_rig(const RigKind& kind, Random& random);
 
 // The information about the places of all cameras but the first, (omega, tau) each, with unknown

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "tagcal/geometry/pose.hpp"
+#include "tagcal/internal/degrees.hpp"
 
 namespace tagcal::study {
 
@@ -46,7 +47,7 @@ Pose tag_pose(const Vector3d& direction, double distance, double tilt_deg,
               const Vector2d& azimuth_and_roll) {
   const double azimuth = azimuth_and_roll.x();
   const Vector3d axis(std::cos(azimuth), std::sin(azimuth), 0);
-  const Eigen::AngleAxisd tilt(tilt_deg * std::numbers::pi / 180, axis);
+  const Eigen::AngleAxisd tilt(internal::radians(tilt_deg), axis);
   const Eigen::AngleAxisd roll(azimuth_and_roll.y(), Vector3d::UnitZ());
   const Eigen::AngleAxisd facing(std::numbers::pi, Vector3d::UnitX());
   const auto ahead = rotation_between(Vector3d::UnitZ(), direction);

@@ -13,6 +13,7 @@
 #include "tagcal/estimate/bundle/projection_effect.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/geometry/pose.hpp"
+#include "tagcal/internal/degrees.hpp"
 #include "tagcal/internal/text.hpp"
 
 namespace tagcal {
@@ -24,8 +25,6 @@ using Eigen::MatrixXd;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 std::string formatted(double value) { return with_digits(value, 3); }
 

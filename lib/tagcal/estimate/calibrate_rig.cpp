@@ -11,9 +11,9 @@
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose.hpp"
 #include "tagcal/estimate/rig/rig_advice.hpp"
+#include "tagcal/estimate/rig/rig_claims.hpp"
 #include "tagcal/estimate/rig/rig_clocks.hpp"
 #include "tagcal/estimate/rig/rig_findings.hpp"
-#include "tagcal/estimate/rig/rig_pair.hpp"
 #include "tagcal/estimate/rig/rig_report.hpp"
 #include "tagcal/internal/spread_indices.hpp"
 #include "tagcal/internal/stopwatch.hpp"
@@ -149,15 +149,6 @@ void check_lenses(const RigDataset& rig, const RigOptions& options,
         report_swapped(rig, a, b, "lens", answer);
 }
 
-std::vector<Calibration> own_calibrations(const RigDataset& rig, const RigOptions& options) {
-  std::vector<Calibration> own;
-  for (std::size_t c = 0; c < rig.cameras.size(); ++c)
-    own.push_back(options.lenses == RigLenses::fixed
-                      ? poses_of_views(rig.cameras[c].data, options.known[c])
-                      : calibrate(rig.cameras[c].data, options_of(options, c)));
-  return own;
-}
-
 // Cameras whose own pictures give no answer: then the rig has none.
 void require_answers(const RigDataset& rig, RigCalibration& answer) {
   for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
@@ -175,67 +166,24 @@ void require_answers(const RigDataset& rig, RigCalibration& answer) {
   }
 }
 
-// The state with the lenses' parameters as those of the models of their claims.
-RigState state_of_claims(const RigState& answer, const RigCalibration& rig) {
-  RigState state = answer;
-  for (std::size_t c = 0; c < state.cameras.size(); ++c) {
-    const std::optional<UncertainCamera>& claim = rig.cameras[c].own.claim;
-    if (!claim || !claim->model) continue;
-    Bundle& bundle = state.cameras[c];
-    const Lens lens = bundle.lens();
-    bundle.model = claim->model;
-    bundle.free_values = claim->model->free_values(lens);
+// The cameras' own calibrations; none if the pictures have the sizes of other cameras.
+std::vector<Calibration> own_calibrations(const RigDataset& rig, const RigOptions& options,
+                                          RigCalibration& answer) {
+  for (const RigCamera& camera : rig.cameras) answer.cameras.push_back({camera.name});
+  check_sizes(rig, options, answer);
+  std::vector<Calibration> own;
+  if (!answer.findings.empty()) return own;
+  const bool fixed = options.lenses == RigLenses::fixed;
+  for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
+    const Dataset& data = rig.cameras[c].data;
+    own.push_back(fixed ? poses_of_views(data, options.known[c])
+                        : calibrate(data, options_of(options, c)));
+    answer.cameras[c].own = own[c];
+    answer.cameras[c].error_px = fixed ? options.known[c].error_px : camera_error_px(own[c]);
   }
-  return state;
-}
-
-// What the cameras' own calibrations say of their lenses, by the models of their claims.
-std::vector<LensClaim> lens_claims(const RigState& of_claims, const RigCalibration& rig) {
-  std::vector<LensClaim> claims(of_claims.cameras.size());
-  for (std::size_t c = 0; c < claims.size(); ++c) {
-    const Calibration& own = rig.cameras[c].own;
-    if (!own.claim || !own.claim->model) continue;
-    const std::vector<double> values = of_claims.cameras[c].model->free_values(own.camera->lens);
-    claims[c] = {Eigen::VectorXd::Map(values.data(), std::ssize(values)), own.claim->covariance};
-  }
-  return claims;
-}
-
-// Moves lenses and places by a step of the rig's parameters, then places all again under these
-// lenses.
-void move_rig(RigState& state, const RigState& of_claims, const RigLayout& layout,
-              const Eigen::VectorXd& step, const CalibrateOptions& options) {
-  for (std::size_t c = 0; c < state.cameras.size(); ++c) {
-    const Bundle& claimed = of_claims.cameras[c];
-    std::vector<double> values = claimed.free_values;
-    for (std::size_t k = 0; k < values.size(); ++k)
-      values[k] += step[layout.lens[c] + static_cast<Index>(k)];
-    if (const auto lens = claimed.model->lens(values, claimed.image_size))
-      state.cameras[c].free_values = state.cameras[c].model->free_values(*lens);
-    if (const auto at = layout.pose[c])
-      state.poses.camera_from_rig[c] =
-          retract(state.poses.camera_from_rig[c], step.segment<6>(*at));
-  }
-  solve_places(state, options);
-  update_own_poses(state);
-}
-
-// The joint covariance of extrinsics and lenses. Lenses that are estimated get the answer that is
-// the best by their claims and the rig.
-std::optional<MatrixXd> joint_covariance(RigState& state, const RigState& of_claims,
-                                         const RigLayout& layout, const RigCalibration& rig,
-                                         const RigOptions& options) {
-  const std::vector<LensClaim> claims = lens_claims(of_claims, rig);
-  const double strain = strain_of_rig(state, layout.num_extrinsics());
-  std::optional<MatrixXd> covariance;
-  if (options.lenses == RigLenses::fixed) {
-    covariance = covariance_of_extrinsics(of_claims, layout, claims, strain);
-  } else if (const auto claim = claim_of_rig(of_claims, layout, claims, strain)) {
-    move_rig(state, of_claims, layout, claim->step, options.calibrate.front());
-    covariance = claim->covariance;
-  }
-  if (covariance) add_scale(state, layout, 1, *covariance);
-  return covariance;
+  check_lenses(rig, options, own, answer);
+  require_answers(rig, answer);
+  return own;
 }
 
 // Views without an instant, and of cameras and boards that nothing connects with the reference,
@@ -288,34 +236,24 @@ RigStart place_cameras(const RigDataset& rig, const RigOptions& options, RigStat
   return start;
 }
 
-}  // namespace
+// What the minimum says of the answer.
+void report_minimum(const RigState& state, const RigSolution& solution, bool has_covariance,
+                    RigCalibration& answer) {
+  if (has_covariance)
+    report_unobservable(state, answer);
+  else
+    add(answer.findings, code::extrinsic_not_observable,
+        "the instants do not determine the places of the cameras: take more, with tilted boards");
+  if (!solution.summary.converged)
+    add(answer.findings, code::not_converged, "the bundle of the rig found no minimum");
+  if (answer.pairs.size() == 1 && answer.pairs.front().num_instants == 1)
+    add(answer.findings, code::single_instant,
+        "one instant connects the cameras: nothing tests the answer; take more");
+}
 
-RigCalibration calibrate_rig(const RigDataset& given, const RigOptions& options) {
-  const Stopwatch stopwatch;
-  check_rig(given, options);
-  const PlacedViews views = options.find_boards ? views_of_boards(given) : views_of_world(given);
-  const RigDataset& rig = views.data;
-  RigCalibration answer;
-  check_sizes(rig, options, answer);
-  if (!answer.findings.empty()) {
-    for (const RigCamera& camera : rig.cameras) answer.cameras.push_back({camera.name});
-    answer.status = judge(answer.findings);
-    return answer;
-  }
-  const std::vector<Calibration> own = own_calibrations(rig, options);
-  for (std::size_t c = 0; c < own.size(); ++c) {
-    answer.cameras.push_back({rig.cameras[c].name});
-    answer.cameras[c].own = own[c];
-    answer.cameras[c].error_px =
-        options.lenses == RigLenses::fixed ? options.known[c].error_px : camera_error_px(own[c]);
-  }
-  check_lenses(rig, options, own, answer);
-  require_answers(rig, answer);
-  answer.status = judge(answer.findings);
-  if (!is_answer(answer.status)) return answer;
-
-  RigState state = rig_state(views, own, options.lenses);
-  state.poses.reference = options.reference;
+// Fills in all that the rig says beyond its cameras' own calibrations.
+void solve_rig(const RigDataset& rig, const RigOptions& options, RigState& state,
+               RigCalibration& answer) {
   const RigStart start = place_cameras(rig, options, state, answer);
   const RigSolution solution = solve_robustly(state, options.calibrate.front());
   answer.num_iterations = solution.num_iterations;
@@ -329,42 +267,28 @@ RigCalibration calibrate_rig(const RigDataset& given, const RigOptions& options)
   report_rig(solved, answer);
   answer.covariance = solved.covariance;
   report_contradictions(rig, state, solution, answer);
-  if (covariance)
-    report_unobservable(state, answer);
-  else
-    add(answer.findings, code::extrinsic_not_observable,
-        "the instants do not determine the places of the cameras: take more, with tilted boards");
-  if (!solution.summary.converged)
-    add(answer.findings, code::not_converged, "the bundle of the rig found no minimum");
-  if (answer.pairs.size() == 1 && answer.pairs.front().num_instants == 1)
-    add(answer.findings, code::single_instant,
-        "one instant connects the cameras: nothing tests the answer; take more");
+  report_minimum(state, solution, covariance.has_value(), answer);
   answer.status = judge(answer.findings);
-  if (is_answer(answer.status) || answer.status == Status::extrinsic_not_observable) {
-    add_scale(state, solved.layout, -1, solved.covariance);  // which no view tells
-    answer.next = advised_pair(solved);
-  }
-  answer.seconds = stopwatch.seconds();
-  return answer;
+  if (!is_answer(answer.status) && answer.status != Status::extrinsic_not_observable) return;
+  add_scale(state, solved.layout, -1, solved.covariance);  // which no view tells
+  answer.next = advised_pair(solved);
 }
 
-std::vector<RigPair> pairs_of(const KnownRig& rig) {
-  if (rig.covariance.size() == 0) return {};
-  const MatrixXd covariance = rig.covariance;
-  const MatrixXd inverse = inverse_of_last(covariance, covariance.rows() - rig.first_of_lens(0));
-  std::vector<RigPair> pairs;
-  for (std::size_t a = 0; a < rig.cameras.size(); ++a)
-    for (std::size_t b = a + 1; b < rig.cameras.size(); ++b) {
-      const KnownRig::Member &of_a = rig.cameras[a], &of_b = rig.cameras[b];
-      RigPair& pair = pairs.emplace_back();
-      pair.a = a;
-      pair.b = b;
-      report_place({of_a.camera, of_b.camera, of_a.camera_from_rig, of_b.camera_from_rig,
-                    6 * static_cast<Index>(a), 6 * static_cast<Index>(b), rig.first_of_lens(a),
-                    rig.first_of_lens(b), covariance, inverse},
-                   pair);
-    }
-  return pairs;
+}  // namespace
+
+RigCalibration calibrate_rig(const RigDataset& given, const RigOptions& options) {
+  const Stopwatch stopwatch;
+  check_rig(given, options);
+  const PlacedViews views = options.find_boards ? views_of_boards(given) : views_of_world(given);
+  RigCalibration answer;
+  const std::vector<Calibration> own = own_calibrations(views.data, options, answer);
+  answer.status = judge(answer.findings);
+  if (!is_answer(answer.status)) return answer;
+  RigState state = rig_state(views, own, options.lenses);
+  state.poses.reference = options.reference;
+  solve_rig(views.data, options, state, answer);
+  answer.seconds = stopwatch.seconds();
+  return answer;
 }
 
 }  // namespace tagcal

@@ -18,8 +18,4 @@ namespace tagcal {
 // instants whose views do not exist, boards that differ between the cameras, and as `calibrate`.
 RigCalibration calibrate_rig(const RigDataset& rig, const RigOptions& options = {});
 
-// What a known rig says of each two of its cameras: place, baseline and depths; nothing of
-// instants. None without the covariance.
-std::vector<RigPair> pairs_of(const KnownRig& rig);
-
 }  // namespace tagcal

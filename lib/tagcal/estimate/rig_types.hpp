@@ -145,6 +145,10 @@ struct RigCalibration {
 // The rig of an answer. Precondition: is_answer(rig.status).
 KnownRig known_rig(const RigCalibration& rig);
 
+// What a known rig says of each two of its cameras: place, baseline and depths; nothing of
+// instants. None without the covariance.
+std::vector<RigPair> pairs_of(const KnownRig& rig);
+
 struct RigPoseEstimate {
   // As for one camera, whose frame is that of the rig: `camera_from_target` is rig_from_target. Its
   // covariance includes that of the places and lenses of the cameras. `outliers` is empty, see

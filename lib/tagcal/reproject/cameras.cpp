@@ -9,6 +9,7 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/geometry/transform.hpp"
+#include "tagcal/internal/degrees.hpp"
 #include "tagcal/internal/text.hpp"
 #include "tagcal/reproject/policy/policy.hpp"
 #include "tagcal/reproject/rows/outline.hpp"
@@ -24,10 +25,10 @@ using std::numbers::pi;
 double angle_from_axis(const Vector3d& ray) { return std::atan2(ray.head<2>().norm(), ray.z()); }
 
 Error too_wide(double angle_rad, const char* what) {
-  const auto degrees = [](double angle) { return with_decimals(angle * 180 / pi, 0); };
+  const auto text = [](double angle) { return with_decimals(degrees(angle), 0); };
   return Error(
-      std::string(what) + " reaches " + degrees(angle_rad) +
-      " degrees from the optical axis; a pinhole shows up to " + degrees(policy::kWidestAngle) +
+      std::string(what) + " reaches " + text(angle_rad) +
+      " degrees from the optical axis; a pinhole shows up to " + text(policy::kWidestAngle) +
       ": take a given focal length (the rest is cut off), a panorama, or several pinholes");
 }
 
@@ -138,7 +139,7 @@ std::vector<TurnedCamera> fan(const AngularRange& range, double focal_px, double
   constexpr double kWidest = 120 * pi / 180;  // numeric: stated in cameras.hpp
   if (width_rad > kWidest) {
     throw Error("a fan of " + std::to_string(count) + " pinholes would be " +
-                std::to_string(std::lround(width_rad * 180 / pi)) +
+                std::to_string(std::lround(degrees(width_rad))) +
                 " degrees wide each, 120 at most: take more, or 5 or 6 (a cube)");
   }
   const double limit = policy::kFanHeight / 2;

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "picture_kinds.hpp"
+#include "tagcal/internal/degrees.hpp"
 #include "tagcal/scene/viewing.hpp"
 
 namespace tagcal {
@@ -14,7 +15,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kDegree = std::numbers::pi / 180;
+using internal::kDegree;
 constexpr std::size_t kFewestCorners = 8;  // visible in a view
 constexpr int kMostTries = 30;             // to draw a view with kFewestCorners
 constexpr std::uint64_t kLightStream = 2001, kPictureStream = 2002;

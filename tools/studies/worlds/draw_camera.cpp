@@ -1,9 +1,9 @@
 #include <array>
 #include <cmath>
-#include <numbers>
 
 #include "draw.hpp"
 #include "tagcal/camera/model.hpp"
+#include "tagcal/internal/degrees.hpp"
 #include "tagcal/uncertainty/seen_region.hpp"
 
 namespace tagcal {
@@ -65,7 +65,7 @@ struct LensDraw {
 Lens draw_lens(const std::string& model, const ImageSize& size, Random& random) {
   const bool fisheye = model == "fisheye4";
   const double angle =
-      std::numbers::pi / 180 * (fisheye ? random.uniform(50, 180) : random.uniform(30, 110));
+      internal::kDegree * (fisheye ? random.uniform(50, 180) : random.uniform(30, 110));
   const double f = fisheye ? size.width / angle : focal_from_field_of_view_px(angle, size.width);
   Eigen::Vector2d c = image_centre(size);
   if (model != "f") {
@@ -97,7 +97,7 @@ DrawnCamera draw_camera(Random& random) {
     if (!sees_whole_image(camera)) continue;
     const auto view = field_of_view(camera);
     if (!view) continue;
-    const double degrees = 180 / std::numbers::pi * view->horizontal_rad;
+    const double degrees = internal::degrees(1) * view->horizontal_rad;
     if (degrees < widest) return {camera, model, degrees};
   }
 }

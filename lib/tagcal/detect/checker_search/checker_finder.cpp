@@ -8,6 +8,7 @@
 #include <limits>
 #include <optional>
 
+#include "tagcal/detect/checker_search/grid_numbering.hpp"
 #include "tagcal/detect/policy/policy.hpp"
 #include "tagcal/detect/tag_fit/image_filters.hpp"
 
@@ -17,28 +18,6 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr int kLeastSidePx = 100;  // of a halved picture, as a limit of work
-
-// The bounds of a grid's cells.
-struct Bounds {
-  GridCell low{0, 0}, high{0, 0};
-  int columns() const { return high.first - low.first + 1; }
-  int rows() const { return high.second - low.second + 1; }
-};
-
-Bounds bounds_of(const JunctionGrid& grid) {
-  Bounds bounds{grid.begin()->first, grid.begin()->first};
-  for (const auto& [cell, at] : grid) {
-    bounds.low = {std::min(bounds.low.first, cell.first), std::min(bounds.low.second, cell.second)};
-    bounds.high = {std::max(bounds.high.first, cell.first),
-                   std::max(bounds.high.second, cell.second)};
-  }
-  return bounds;
-}
-
-CheckerCell size_of(const JunctionGrid& grid) {
-  const Bounds bounds = bounds_of(grid);
-  return {bounds.columns(), bounds.rows()};
-}
 
 // Removes outermost lines with few junctions: they are not the board's.
 void trim(JunctionGrid& grid) {
@@ -56,67 +35,6 @@ void trim(JunctionGrid& grid) {
   };
   while (!grid.empty() && (cut_one(&GridCell::first) || cut_one(&GridCell::second))) {
   }
-}
-
-// One of the four ways in which a grid may be numbered: directions of the board's x and y in it.
-struct Numbering {
-  GridCell x, y;
-  GridCell origin;  // the junction of the first corner
-
-  GridCell junction(const CheckerCell& corner) const {
-    return {origin.first + corner.first * x.first + corner.second * y.first,
-            origin.second + corner.first * x.second + corner.second * y.second};
-  }
-
-  // Colour of the square to the lower left of the first corner.
-  bool starts_black() const {
-    const int across = -(x.first + y.first), down = -(x.second + y.second);
-    const bool is_white_towards_both = (origin.first + origin.second) % 2 == 0;
-    return is_white_towards_both != (across * down > 0);
-  }
-};
-
-// The numberings of a grid with the board's number of columns and rows.
-std::vector<Numbering> numberings(const Bounds& bounds, const CheckerPrint& print) {
-  std::vector<Numbering> result;
-  // The board's y is a quarter turn from its x towards the picture's top.
-  constexpr std::pair<GridCell, GridCell> kAxes[] = {
-      {{1, 0}, {0, -1}}, {{0, -1}, {-1, 0}}, {{-1, 0}, {0, 1}}, {{0, 1}, {1, 0}}};
-  for (const auto& [x, y] : kAxes) {
-    const bool is_turned = x.first == 0;
-    if ((is_turned ? bounds.rows() : bounds.columns()) != print.columns() ||
-        (is_turned ? bounds.columns() : bounds.rows()) != print.rows())
-      continue;
-    result.push_back({x,
-                      y,
-                      {x.first + y.first > 0 ? bounds.low.first : bounds.high.first,
-                       x.second + y.second > 0 ? bounds.low.second : bounds.high.second}});
-  }
-  return result;
-}
-
-// Mean direction of the board's y in the picture.
-Vector2d up_in_picture(const JunctionGrid& grid, const GridCell& y) {
-  Vector2d sum = Vector2d::Zero();
-  for (const auto& [cell, at] : grid)
-    if (const auto next = grid.find({cell.first + y.first, cell.second + y.second});
-        next != grid.end())
-      sum += next->second - at;
-  return sum.normalized();
-}
-
-// The numbering whose colours are the board's; of several the one whose y points up in the picture.
-std::optional<Numbering> numbering_of(const JunctionGrid& grid, const CheckerPrint& print) {
-  const std::vector<Numbering> possible = numberings(bounds_of(grid), print);
-  const auto best = std::ranges::max_element(possible, {}, [&](const Numbering& numbering) {
-    return std::pair(numbering.starts_black() == print.starts_black(),
-                     -up_in_picture(grid, numbering.y).y());
-  });
-  return best == possible.end() ? std::nullopt : std::optional(*best);
-}
-
-bool is_of_size(const JunctionGrid& grid, const CheckerPrint& print) {
-  return !numberings(bounds_of(grid), print).empty();
 }
 
 // True if most corners were fitted, and enough of each outermost line.

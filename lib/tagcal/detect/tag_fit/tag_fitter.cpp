@@ -279,6 +279,12 @@ std::optional<BorderShift> TagFitter::border_shift() {
   return BorderShift{model_.parameters().segment<2>(kShift), covariance.inverse().diagonal()};
 }
 
+TagFit TagFitter::corners_so_far() const {
+  TagFit fit;
+  for (std::size_t i = 0; i < 4; ++i) fit.corners[i] = pixel(corner(i)).value_or(start_[i]);
+  return fit;
+}
+
 TagFit TagFitter::fit() {
   if (!start_fit()) return {};
   TagParameters parameters = model_.parameters();
@@ -294,9 +300,7 @@ TagFit TagFitter::fit() {
       is_for_parts_ = is_bent_beyond_whole();
     }
   }
-  TagFit start_of_parts;
-  for (std::size_t i = 0; i < 4; ++i)
-    start_of_parts.corners[i] = pixel(corner(i)).value_or(start_[i]);
+  const TagFit start_of_parts = corners_so_far();
   if (is_for_parts_ && options_.lens_follows) return start_of_parts;
   const auto is_like_window = [&] {
     return last_.variance < policy::kTagMaxVarianceGrowth * window_variance;

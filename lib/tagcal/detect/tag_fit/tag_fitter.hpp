@@ -209,6 +209,7 @@ class TagFitter {
     return TagSystem(system, frees_bends() ? tag_parameter::kCount : tag_parameter::kBend);
   }
   TagFit result(StageEnd end) const;
+  TagFit corners_so_far() const;  // those of the start where the model has none
 
   const TagRegion& region_;
   const TagFitOptions& options_;

@@ -5,13 +5,11 @@
 #include <limits>
 #include <set>
 
-#include "tagcal/estimate/calibration/calibration_input.hpp"
 #include "tagcal/estimate/calibration/model_error.hpp"
+#include "tagcal/estimate/camera_check/free_start.hpp"
 #include "tagcal/estimate/findings.hpp"
 #include "tagcal/estimate/policy/check_policy.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
-#include "tagcal/estimate/pose/pose_minima.hpp"
-#include "tagcal/estimate/pose/robust_pose.hpp"
 #include "tagcal/solvers/numeric/statistics.hpp"
 
 namespace tagcal::internal {
@@ -19,68 +17,11 @@ namespace {
 
 using Eigen::Vector2d;
 
-// A view with all its corners; the bundle has its inliers.
-struct WholeView {
-  std::size_t index = 0;     // in the data set
-  std::optional<Pose> pose;  // before the known camera, at the start
-  std::vector<Correspondence> corners;
-  std::vector<Matrix2> covariance_px2;  // of the corners; the identity if they have none
-  std::vector<std::uint8_t> inlier;
-};
-
 // The covariance of a corner is scale^2 (C + error_px^2 I), with C its own one, or the identity.
 struct CornerScale {
   double scale = 1;
   double error_px = 0;
 };
-
-Matrix2 covariance_of_whitened(const Matrix2& whitening) {
-  const Eigen::Matrix2d information = whitening.transpose() * whitening;
-  return information.inverse();
-}
-
-// The views of one camera with their poses by the known lens. The noise of the poses is that of
-// their own residuals, which a change of the camera may have made larger than any stated one.
-std::vector<WholeView> whole_views(const CalibrationInput& input, const Camera& camera,
-                                   std::vector<Finding>& findings) {
-  std::vector<WholeView> views;
-  for (const CalibrationView& prepared : input.views) {
-    const std::span<const Correspondence> corners(prepared.problem.correspondences.data(),
-                                                  prepared.problem.correspondences.size());
-    const RobustPose<6> pose = fit_pose_robustly<6>(corners, camera.lens, {});
-    if (!pose.fit || pose.fit->poses.size() != 1) {
-      add(findings, code::view_unusable,
-          prepared.name() + (pose.fit ? ": not used, it fits two poses"
-                                      : ": not used, its corners agree on no pose"));
-      continue;
-    }
-    WholeView& view = views.emplace_back();
-    view.index = prepared.index;
-    view.pose = pose_of(pose.fit->best().state) * pose.problem->spread().plane_from_target_pose();
-    view.corners.assign(corners.begin(), corners.end());
-    view.inlier.assign(corners.size(), 1);
-    for (const std::size_t i : pose.outliers) view.inlier[i] = 0;
-    for (std::size_t i = 0; i < corners.size(); ++i)
-      view.covariance_px2.push_back(input.whitened
-                                        ? covariance_of_whitened(prepared.problem.whitening[i])
-                                        : Matrix2(Matrix2::Identity()));
-  }
-  return views;
-}
-
-Bundle free_bundle(const UncertainCamera& known, const Dataset& data) {
-  Bundle bundle;
-  const bool has_model = known.model && known.model->contains(known.camera);
-  bundle.model = has_model ? known.model : &full_model(known.camera.lens);
-  bundle.image_size = known.camera.image_size;
-  bundle.free_values = bundle.model->free_values(known.camera.lens);
-  bundle.board = flat_board(data);
-  bundle.known_lens =
-      KnownLens{Eigen::VectorXd::Map(bundle.free_values.data(), std::ssize(bundle.free_values)),
-                lens_prior(*bundle.model, bundle.free_values, bundle.image_size).by_parameters /
-                    policy::kChangeShare};
-  return bundle;
-}
 
 // The robust fit of the free cameras.
 class Fitting {

@@ -1,14 +1,11 @@
 #pragma once
 
-#include <numbers>
 #include <vector>
 
 #include "tagcal/estimate/handeye_types.hpp"
 #include "tagcal/estimate/pose/reprojection.hpp"
 
 namespace tagcal::internal {
-
-constexpr double kDegrees = 180 / std::numbers::pi;  // of a radian
 
 // The places that a hand-eye calibration estimates, besides the robot's poses.
 struct HandeyePlaces {

@@ -5,10 +5,10 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "tagcal/estimate/findings.hpp"
 #include "tagcal/estimate/policy/handeye_policy.hpp"
+#include "tagcal/internal/degrees.hpp"
 #include "tagcal/solvers/numeric/statistics.hpp"
 
 namespace tagcal::internal {
@@ -91,19 +91,19 @@ void check_determined(const AxisSpread& axes, const HandeyeScale& scale, Handeye
     add(answer.findings, code::no_rotation,
         fmt::format("the camera turns by {:.2g} deg from view to view (RMS): its translation in "
                     "the {} is unknown. Turn the hand by 30 degrees or more, about two axes",
-                    kDegrees * axes.rms_rad[0], mount));
+                    degrees(axes.rms_rad[0]), mount));
   } else if (axes.spread_rad() < policy::kLeastAxisSpread) {
     const Vector3d axis = answer.mount_from_camera.rotation() * axes.in_camera.col(0);
     add(answer.findings, code::rotation_axes_parallel,
         fmt::format("all rotations are about one axis, {} in the {} (spread {:.2g} deg): the "
                     "camera's place along it is unknown (sd {:.2g} m). Turn the hand about "
                     "another axis, too, by 30 degrees or more",
-                    axis_text(axis), mount, kDegrees * axes.spread_rad(), place.sigma[2]));
+                    axis_text(axis), mount, degrees(axes.spread_rad()), place.sigma[2]));
   } else {
     add(answer.findings, code::degenerate,
         fmt::format("the poses do not determine the camera in the {}: sd {:.2g} m and {:.2g} deg. "
                     "Take more poses, turned by 30 degrees or more about different axes",
-                    mount, place.sigma[2], kDegrees * turn.sigma[2]));
+                    mount, place.sigma[2], degrees(turn.sigma[2])));
   }
 }
 

@@ -11,6 +11,7 @@
 #include "tagcal/camera/camera.hpp"
 #include "tagcal/geometry/transform.hpp"
 #include "tagcal/geometry/viewpoint.hpp"
+#include "tagcal/internal/degrees.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -78,8 +79,8 @@ std::string sentence_of(const AdvisedRobotPose& next) {
       "move the hand to x {:.3f} y {:.3f} z {:.3f} m, quaternion w {:.3f} x {:.3f} y {:.3f} z "
       "{:.3f}: the camera's place is then known to {:.2g} mm and {:.2g} deg (now {:.2g} mm, {:.2g} "
       "deg)",
-      t.x(), t.y(), t.z(), q.w(), q.x(), q.y(), q.z(), 1e3 * next.sigma_m,
-      kDegrees * next.sigma_rad, 1e3 * next.sigma_now_m, kDegrees * next.sigma_now_rad);
+      t.x(), t.y(), t.z(), q.w(), q.x(), q.y(), q.z(), 1e3 * next.sigma_m, degrees(next.sigma_rad),
+      1e3 * next.sigma_now_m, degrees(next.sigma_now_rad));
 }
 
 }  // namespace

@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <string>
 #include <vector>
 
@@ -14,6 +13,7 @@
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/geometry/transform.hpp"
 #include "tagcal/geometry/viewpoint.hpp"
+#include "tagcal/internal/degrees.hpp"
 #include "tagcal/solvers/numeric/statistics.hpp"
 
 namespace tagcal::internal {
@@ -53,8 +53,9 @@ const std::array kRotations = {
                       // R_x(a) R_y(b) R_z(c) is the inverse of R_z(-c) R_y(-b) R_x(-a).
                       return about_xyz(angles_of(q.conjugate())).conjugate();
                     }},
-    RotationReading{"the angles are radians, not degrees",
-                    [](const Quaterniond& q) { return exp_rotation(kDegrees * log_rotation(q)); }}};
+    RotationReading{"the angles are radians, not degrees", [](const Quaterniond& q) {
+                      return exp_rotation(degrees(1) * log_rotation(q));
+                    }}};
 
 struct LengthReading {
   const char* change;

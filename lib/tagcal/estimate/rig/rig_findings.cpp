@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "tagcal/estimate/findings.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/rig/rig_advice.hpp"
+#include "tagcal/internal/degrees.hpp"
 #include "tagcal/solvers/numeric/statistics.hpp"
 
 namespace tagcal::internal {
@@ -54,7 +54,7 @@ void report_moves(const RigDataset& rig, const std::vector<CameraMove>& moves,
             "{} moved against the others at instant {}, by {:.2g} mm and {:.2g} degrees: the "
             "answer is of the longer part; fasten it and calibrate again",
             rig.cameras[move.camera].name, move.instant, 1e3 * move.step.tail<3>().norm(),
-            move.step.head<3>().norm() * 180 / std::numbers::pi));
+            degrees(move.step.head<3>().norm())));
 }
 
 void report_shifts(const RigDataset& rig, const RigStart& start, RigCalibration& answer) {
@@ -147,7 +147,7 @@ void report_unobservable(const RigState& state, RigCalibration& answer) {
             "about one axis only",
             is_turn ? "rotation" : "place", camera.name, is_turn ? "about" : "along", axis.x(),
             axis.y(), axis.z(),
-            is_turn ? fmt::format("{:.2g} degrees", turn * 180 / std::numbers::pi)
+            is_turn ? fmt::format("{:.2g} degrees", degrees(turn))
                     : fmt::format("{:.2g} m", shift)));
   }
 }

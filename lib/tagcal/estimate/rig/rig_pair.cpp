@@ -9,6 +9,7 @@ namespace {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
+using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
@@ -41,6 +42,29 @@ MatrixXd by_lens(const UncertainCamera& camera, const Function& of_lens) {
   return by;
 }
 
+// How the pixel of a point at `distance` on the axis of the first camera, in the second one,
+// depends on the parameters of the rig if it is kept at its pixel in the first.
+MatrixXd pixel_by_parameters(const UncertainPair& pair, const Pose& b_from_a, double distance,
+                             const PointJacobian& by_point, const Vector2d& centre) {
+  const Eigen::Quaterniond& turn = b_from_a.rotation();
+  const Vector3d along = turn * Vector3d(distance * Vector3d::UnitZ());
+  const Vector3d point = b_from_a * Vector3d(distance * Vector3d::UnitZ());
+  const MatrixXd by = by_parameters(pair);
+  MatrixXd of_pixel = by_point * (by.bottomRows<3>() - cross_matrix(along) * by.topRows<3>());
+  const auto add = [&](Index lens, const MatrixXd& by_its) {
+    if (by_its.cols() > 0) of_pixel.middleCols(lens, by_its.cols()) += by_its;
+  };
+  const Vector2d pixel = *project(pair.b.camera.lens, point);
+  add(pair.lens_b,
+      by_lens(pair.b, [&](const Lens& lens) { return project(lens, point).value_or(pixel); }));
+  add(pair.lens_a, by_lens(pair.a, [&](const Lens& lens) -> Vector2d {
+        const auto ray = ray_in_camera(lens, centre);
+        const Vector3d direction = ray ? ray->direction : Vector3d::UnitZ();
+        return by_point * (turn * Vector3d(distance * direction));
+      }));
+  return of_pixel;
+}
+
 // The uncertainty of the depth of a point at `distance` on the axis of the first camera, as its
 // second pixel tells it. No value if the second camera does not see the point.
 std::optional<DepthUncertainty> depth_uncertainty(const UncertainPair& pair, const Pose& b_from_a,
@@ -52,22 +76,9 @@ std::optional<DepthUncertainty> depth_uncertainty(const UncertainPair& pair, con
                  pair.b.camera.lens);
   const auto centre = project(pair.a.camera.lens, Vector3d(distance * axis));
   if (!pixel || !centre) return std::nullopt;
-  const Eigen::Vector2d by_depth = by_point * (b_from_a.rotation() * axis);
+  const Vector2d by_depth = by_point * (b_from_a.rotation() * axis);
   if (!(by_depth.squaredNorm() > 0)) return std::nullopt;
-  const MatrixXd by = by_parameters(pair);
-  MatrixXd of_pixel =
-      by_point * (by.bottomRows<3>() -
-                  cross_matrix(b_from_a.rotation() * Vector3d(distance * axis)) * by.topRows<3>());
-  const auto add = [&](Index lens, const MatrixXd& by_its) {
-    if (by_its.cols() > 0) of_pixel.middleCols(lens, by_its.cols()) += by_its;
-  };
-  add(pair.lens_b,
-      by_lens(pair.b, [&](const Lens& lens) { return project(lens, point).value_or(*pixel); }));
-  add(pair.lens_a, by_lens(pair.a, [&](const Lens& lens) -> Eigen::Vector2d {
-        const auto ray = ray_in_camera(lens, *centre);
-        const Vector3d direction = ray ? ray->direction : axis;
-        return by_point * (b_from_a.rotation() * Vector3d(distance * direction));
-      }));
+  const MatrixXd of_pixel = pixel_by_parameters(pair, b_from_a, distance, by_point, *centre);
   const VectorXd depth = -of_pixel.transpose() * by_depth / by_depth.squaredNorm();
   const VectorXd with_all = pair.covariance * depth;
   const double all = std::max(0.0, depth.dot(with_all));
@@ -114,3 +125,27 @@ void report_place(const UncertainPair& pair, RigPair& result) {
 }
 
 }  // namespace tagcal::internal
+
+namespace tagcal {
+
+std::vector<RigPair> pairs_of(const KnownRig& rig) {
+  if (rig.covariance.size() == 0) return {};
+  const Eigen::MatrixXd covariance = rig.covariance;
+  const Eigen::MatrixXd inverse =
+      internal::inverse_of_last(covariance, covariance.rows() - rig.first_of_lens(0));
+  std::vector<RigPair> pairs;
+  for (std::size_t a = 0; a < rig.cameras.size(); ++a)
+    for (std::size_t b = a + 1; b < rig.cameras.size(); ++b) {
+      const KnownRig::Member &of_a = rig.cameras[a], &of_b = rig.cameras[b];
+      RigPair& pair = pairs.emplace_back();
+      pair.a = a;
+      pair.b = b;
+      internal::report_place({of_a.camera, of_b.camera, of_a.camera_from_rig, of_b.camera_from_rig,
+                              6 * static_cast<Eigen::Index>(a), 6 * static_cast<Eigen::Index>(b),
+                              rig.first_of_lens(a), rig.first_of_lens(b), covariance, inverse},
+                             pair);
+    }
+  return pairs;
+}
+
+}  // namespace tagcal

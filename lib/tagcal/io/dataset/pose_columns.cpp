@@ -8,6 +8,7 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/geometry/viewpoint.hpp"
+#include "tagcal/internal/degrees.hpp"
 #include "tagcal/io/text/number_text.hpp"
 
 namespace tagcal::internal {
@@ -21,8 +22,6 @@ struct NamedColumn {
   PoseColumn column;
   double factor = 1;
 };
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 constexpr NamedColumn kNames[] = {{"image", image},
                                   {"name", image},

@@ -1,8 +1,8 @@
 #pragma once
 
-#include <numbers>
 #include <vector>
 
+#include "tagcal/internal/degrees.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
 
 // Private to io: values of scene.yaml, and values that change over the views.
@@ -11,8 +11,6 @@ namespace tagcal::internal {
 
 // A day: stamps within it have microseconds in a double of seconds.
 inline constexpr double kMostMilliseconds = 86'400'000;
-
-inline double radians(double degrees) { return degrees * std::numbers::pi / 180; }
 
 inline double not_negative_or(const std::optional<YamlValue>& value, double otherwise) {
   return value ? value->not_negative() : otherwise;
