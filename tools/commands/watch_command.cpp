@@ -147,12 +147,13 @@ int run_live(const Arguments& arguments) {
 }
 
 int run(const Arguments& arguments) {
-  if (arguments.rig) return run_rig(arguments);
   const std::string& folder = arguments.folders.front();
+  if (!arguments.keep.empty() && (arguments.rig || folder != "-"))
+    throw Error("--keep: needs a video on stdin (-)");
+  if (arguments.rig) return run_rig(arguments);
   if (arguments.folders.size() > 1)
     throw Error("watch: takes one folder; those of several cameras on one body need --rig");
   if (folder == "-") return run_live(arguments);
-  if (!arguments.keep.empty()) throw Error("--keep: needs a video on stdin (-)");
   WatchOptions options{settings_of(arguments), folder, folder, calibrate_options(arguments), {}};
   check_folder(folder);
   options.out =
