@@ -17,8 +17,8 @@ package_lists() {
 
 # in_clean_debian RELEASE LOG FOLDER COMMAND [HOOK]: makes a clean Debian in a temporary folder, copies
 # FOLDER to its /opt, runs COMMAND there as root and HOOK of mmdebstrap after it. stdout is that of the
-# command, the rest goes to LOG. False if the command fails; exit code 0 with a line that says why if
-# no clean Debian can be made here.
+# command, at the end; the rest goes to LOG. False if the command fails; exit code 0 with a line that
+# says why if no clean Debian can be made here.
 in_clean_debian() {
   local release=$1 log=$2 folder=$3 command=$4 hook=${5:-true} name=${0##*/} work made lists status=0
   if ! command -v mmdebstrap >/dev/null && ! ./tools/setup.sh --package --no-build; then
@@ -28,12 +28,16 @@ in_clean_debian() {
   work=$(mktemp --directory)
   mapfile -t lists < <(package_lists "$release" "$work")
   chmod -R a+rX "$folder" "$work"  # without root, mmdebstrap's root is another user
+  # Not by descriptors of our own: those of mmdebstrap 1.5 would then exceed 9, the most in dash.
+  : >"$work/made" >"$work/stdout"
+  chmod a+w "$work/made" "$work/stdout"
   LC_ALL=C.UTF-8 mmdebstrap --variant=apt --format=null \
-    --customize-hook='echo made >&4' \
+    --customize-hook="echo made >'$work/made'" \
     --customize-hook="copy-in '$folder' /opt" \
-    --customize-hook="chroot \"\$1\" /bin/sh -c 'cd /opt/${folder##*/} && $command' >&3" \
+    --customize-hook="chroot \"\$1\" /bin/sh -c 'cd /opt/${folder##*/} && $command' >'$work/stdout'" \
     --customize-hook="$hook" \
-    "$release" /dev/null "${lists[@]}" 3>&1 4>"$work/made" >"$log" 2>&1 || status=$?
+    "$release" /dev/null "${lists[@]}" >"$log" 2>&1 || status=$?
+  cat "$work/stdout"
   made=$(<"$work/made")
   rm -rf "$work"
   if [ "$status" -ne 0 ] && [ -z "$made" ]; then

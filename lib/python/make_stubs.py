@@ -45,6 +45,7 @@ RESULTS = {
     "numpy.ndarray": "NDArray[Any]",
     "List": "list",
 }
+PYBIND11_2_12 = {"list": "List", "dict": "Dict", "set": "Set", "tuple": "Tuple"}
 BOTH = {
     "Dict": "dict",
     "Set": "set",
@@ -89,6 +90,9 @@ class TypeOfPython(ast.NodeTransformer):
             return self.array(node.slice)
         if isinstance(node.slice, ast.Constant):  # a std::array is List[float[3]]
             return expression(ast.unparse(self.visit(node.value)))
+        if name == "Annotated" and isinstance(node.slice, ast.Tuple):  # so by pybind11 2.12
+            return expression(ast.unparse(self.visit(node.slice.elts[0])))
+        name = PYBIND11_2_12.get(name, name)
         items = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]
         types = [ast.unparse(self.visit(item)) for item in items]
         if name == "Optional":

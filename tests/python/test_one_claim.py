@@ -219,7 +219,7 @@ def test_points(answers: Answers, tmp_path: Path) -> None:
         np.testing.assert_allclose(covariance, exact, rtol=1e-6, atol=1e-9 * np.max(exact))
     np.testing.assert_array_equal(answers.from_file.project(points)[1], covariances)
     table = tmp_path / "points.csv"
-    np.savetxt(table, points, fmt="%r", delimiter=",", header="x_m,y_m,z_m", comments="")
+    np.savetxt(table, points, fmt="%.17g", delimiter=",", header="x_m,y_m,z_m", comments="")
     rows = command("project", table, "--camera", answers.file).splitlines()[1:]
     for row, pixel, s in zip(rows, expected, covariances, strict=True):
         values = [float(x) for x in row.split(",")[3:8]]

@@ -60,12 +60,20 @@ def signature(text: str) -> Signature:
     return parameters
 
 
+def opened(kind: str) -> tuple[str, str]:
+    """The outer and inner part of a type. pybind11 2.12 and newer write list instead of List."""
+    outer, _, inner = kind.removesuffix("]").partition("[")
+    if outer == "Annotated":  # a std::array, with its size
+        return opened(split(inner)[0])
+    return ({"list": "List", "dict": "Dict"}.get(outer, outer) if inner else outer), inner
+
+
 def fits(value: Any, kind: str) -> bool:
-    outer, _, inner = kind.partition("[")
+    outer, inner = opened(kind)
     if outer == "Optional":
-        return value is None or fits(value, inner[:-1])
+        return value is None or fits(value, inner)
     if outer == "Union":
-        return any(fits(value, part) for part in split(inner[:-1]))
+        return any(fits(value, part) for part in split(inner))
     if kind == "tagcal.Dataset":
         return isinstance(value, (_core.Dataset, _core.DatasetFolder))
     if kind.startswith("tagcal."):
@@ -83,7 +91,7 @@ def fits(value: Any, kind: str) -> bool:
     if kind in ("str", "os.PathLike"):
         return isinstance(value, (str, bytes) if kind == "str" else (str, bytes, os.PathLike))
     if outer == "List":
-        element = re.sub(r"\[\d+\]$", "", inner[:-1])  # a std::array is List[float[3]]
+        element = re.sub(r"\[\d+\]$", "", inner)  # a std::array is List[float[3]]
         return hasattr(value, "__len__") and not isinstance(value, str) and all(
             fits(v, element) for v in value
         )
@@ -91,13 +99,13 @@ def fits(value: Any, kind: str) -> bool:
 
 
 def said(kind: str) -> str:
-    outer, _, inner = kind.partition("[")
+    outer, inner = opened(kind)
     if outer == "Optional":
-        return said(inner[:-1]) + " or None"
+        return said(inner) + " or None"
     if outer == "Union":
-        return " or ".join(map(said, split(inner[:-1])))
+        return " or ".join(map(said, split(inner)))
     if outer == "List":
-        return "a list of " + re.sub(r"^an? ", "", said(re.sub(r"\[\d+\]$", "", inner[:-1])))
+        return "a list of " + re.sub(r"^an? ", "", said(re.sub(r"\[\d+\]$", "", inner)))
     return NAMES.get(outer, f"a {kind.rpartition('.')[2]}")
 
 
