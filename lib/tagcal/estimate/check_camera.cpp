@@ -53,10 +53,7 @@ bool has(const CameraCheck& check, const FindingCode& code) {
 
 void judge_check(double limit_px, CameraCheck& check) {
   if (has(check, code::few_views)) return;
-  if (check.in_sigmas > policy::kCheckQuantile)
-    check.verdict = CheckVerdict::changed;
-  else if (check.smallest_px <= limit_px)
-    check.verdict = CheckVerdict::valid;
+  check.verdict = change_verdict(check.in_sigmas, check.smallest_px, limit_px);
 }
 
 void require_options(const RigDataset& dataset, const KnownRig& known,
@@ -81,11 +78,6 @@ void require_options(const RigDataset& dataset, const KnownRig& known,
 }
 
 }  // namespace
-
-std::string_view verdict_name(CheckVerdict verdict) {
-  static constexpr std::string_view kNames[] = {"valid", "changed", "cannot_tell"};
-  return kNames[static_cast<std::size_t>(verdict)];
-}
 
 std::string_view kind_name(ChangeKind kind) {
   static constexpr std::string_view kNames[] = {"focal length", "principal point",

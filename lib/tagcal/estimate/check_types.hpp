@@ -7,17 +7,11 @@
 #include <vector>
 
 #include "tagcal/estimate/types.hpp"
+#include "tagcal/uncertainty/lens_difference.hpp"
 
 // Options and results of check_camera and check_rig (check_camera.hpp).
 
 namespace tagcal {
-
-enum class CheckVerdict {
-  valid,        // the pictures agree with the camera, and would have shown a change of the limit
-  changed,      // they contradict it (p < CameraCheck::false_alarm)
-  cannot_tell,  // they agree with it, but a change of the limit could be hidden
-};
-std::string_view verdict_name(CheckVerdict verdict);  // as in the enum
 
 struct CheckOptions {
   // The change that matters, px > 0: of CameraCheck::smallest_px beyond it the verdict is
@@ -66,6 +60,9 @@ struct DetectableChange {
   // Its size: px of the focal length (fx) or of the principal point; mm of a place, whose rotation
   // is that of the same pixels; 0 for the others.
   double size = 0;
+  // The change itself, with either sign: of the free parameters of the lens, or (omega rad, tau m)
+  // of a place.
+  std::vector<double> step;
 };
 
 // A camera of the check, or a rig's.

@@ -5,9 +5,11 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "tagcal/estimate/types.hpp"
+#include "tagcal/uncertainty/uncertain_camera.hpp"
 
 // Many units of one make, each with an estimate of the same p quantities and its covariance: the
 // population they are drawn from, how unlike it each unit is, and how a unit changes with time or
@@ -70,9 +72,10 @@ UnitDistance unit_distance(const Population& population, const UnitValues& unit)
 // How the values of one unit change over repeated calibrations, by q covariates such as days and
 // degrees: values_k = constant + slopes z_k + e_k, e_k ~ N(0, C_k), by generalised least squares.
 struct Trend {
-  MatrixX slopes;                  // p x q, for one unit of the covariate
-  MatrixX sigmas;                  // standard deviations of the slopes
-  std::vector<double> chi_square;  // of each covariate's slopes, p degrees of freedom
+  MatrixX slopes;                    // p x q, for one unit of the covariate
+  MatrixX sigmas;                    // standard deviations of the slopes
+  std::vector<MatrixX> covariances;  // of each covariate's slopes, p x p
+  std::vector<double> chi_square;    // of each covariate's slopes, p degrees of freedom
   double scatter = 0;       // sum of squared residuals about the trend, in standard deviations
   int scatter_freedom = 0;  // its degrees of freedom; 0: the trend passes through all values
 };
@@ -92,5 +95,53 @@ double repeat_inflation(std::span<const Trend> trends);
 // as these if there is no change. No value for the scatter of a trend through all values.
 std::optional<double> trend_p_value(const Trend& trend, std::optional<std::size_t> covariate,
                                     double inflation = 1);
+
+// Repeated calibrations of one camera, by a key such as days or degrees: is it stable?
+enum class HistoryVerdict {
+  stable,   // neither of the next two (p >= CameraHistory::false_alarm)
+  trend,    // the lens changes in proportion to the key
+  change,   // the lens changed once, between two keys
+  too_few,  // fewer than three different keys, or four residual degrees of freedom
+};
+std::string_view verdict_name(HistoryVerdict verdict);  // as in the enum
+
+// By how much something changes, and its standard deviation.
+struct HistoryChange {
+  std::string name;  // fx, fy, f, cx, cy; "distortion": outwards, at the corner farthest out
+  double px = 0;
+  double sigma_px = 0;
+};
+
+// One explanation of the differences: a straight line by the key, or one step.
+struct HistoryFit {
+  double p_value = 1;  // of a change as large as this, if there is none; of all places of a step
+  std::vector<HistoryChange> parameters;  // by one unit of the key, or by the step
+  // The largest displacement in the image between the first key and the last, or by the step, less
+  // what a turned camera explains.
+  HistoryChange image;
+  double scatter = 1;    // of the calibrations about it, over what their covariances say, as sd
+  double p_scatter = 1;  // of a scatter as large as this, if the covariances are right
+  double after = 0, before = 0;  // the keys on both sides of the step; else the first and the last
+};
+
+struct CameraHistory {
+  HistoryVerdict verdict = HistoryVerdict::too_few;
+  double false_alarm = 0;  // probability of `trend` or `change` if nothing changed
+  HistoryFit trend, step;  // without values if too_few
+};
+
+// Fits the lens parameters x_k of the calibrations by a line, x_k = a + b key_k + e_k, and by a
+// step after each key in turn (estimate_trend), e_k ~ N(0, phi C_k). With chi-square X of the p
+// slopes, and phi = max(1, R / nu) by the residuals R of nu degrees of freedom, X / (p phi) is
+// compared with F of p and nu. That is never beyond its level: phi is known from few calibrations,
+// and those that agree better than their covariances do not tighten the test. Both tests share the
+// false alarms; the step's p is times the number of its places (Bonferroni). If both are
+// significant, the verdict is the likelier one, each place of a step being as likely as the others.
+// `samples`: pixels where the displacement counts, such as common_samples. Throws Error for fewer
+// than two calibrations, other models, image sizes or numbers of keys, no covariance, and a
+// parallel lens.
+CameraHistory estimate_history(std::span<const UncertainCamera> calibrations,
+                               std::span<const double> keys,
+                               std::span<const Eigen::Vector2d> samples);
 
 }  // namespace tagcal

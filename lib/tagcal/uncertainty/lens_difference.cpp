@@ -7,6 +7,8 @@
 
 #include "tagcal/camera/kernels/projection_rows.hpp"
 #include "tagcal/error.hpp"
+#include "tagcal/solvers/numeric/statistics.hpp"
+#include "tagcal/uncertainty/policy/policy.hpp"
 
 namespace tagcal {
 using namespace internal;
@@ -163,6 +165,16 @@ std::vector<Vector2d> common_samples(const ImageSize& size, const SeenRegion& a,
   return samples;
 }
 
+std::string_view verdict_name(CheckVerdict verdict) {
+  static constexpr std::string_view kNames[] = {"valid", "changed", "cannot_tell"};
+  return kNames[static_cast<std::size_t>(verdict)];
+}
+
+CheckVerdict change_verdict(double in_sigmas, double smallest_px, double limit_px) {
+  if (in_sigmas > policy::kCheckQuantile) return CheckVerdict::changed;
+  return smallest_px <= limit_px ? CheckVerdict::valid : CheckVerdict::cannot_tell;
+}
+
 namespace {
 
 bool has_ray(const Lens& lens, const Vector2d& pixel) {
@@ -183,6 +195,35 @@ Eigen::MatrixXd effect(const UncertainCamera& known, std::span<const Vector2d> s
   const Eigen::MatrixXd lower = ldlt.matrixL();
   const Eigen::MatrixXd root = ldlt.transpositionsP().transpose() * (lower * d.asDiagonal());
   return aligned_jacobian(known, samples, distance_m) * root;
+}
+
+// The largest displacement of a sample over the RMS of all, by a change of the focal length or of
+// the principal point. Infinite if the lens is exact or has neither.
+double peak_of_changes(const UncertainCamera& known, std::span<const Vector2d> samples,
+                       double distance_m) {
+  if (is_exact(known)) return kInfinitelyFar;
+  const Model& model = *known.model;
+  const Eigen::MatrixXd rows = aligned_jacobian(known, samples, distance_m);
+  VectorXd focal = VectorXd::Zero(rows.rows());
+  std::vector<VectorXd> changes;
+  const std::vector<double> values = model.free_values(known.camera.lens);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const VectorXd column = rows.col(static_cast<Eigen::Index>(i));
+    const ParameterRole role = model.parameter(i).role;
+    if (role == ParameterRole::focal_length) focal += values[i] * column;
+    if (role == ParameterRole::principal_point) changes.push_back(column);
+  }
+  changes.push_back(focal);
+  double most = 0;
+  for (const VectorXd& change : changes) {
+    double peak = 0;
+    for (Eigen::Index i = 0; i + 1 < change.size(); i += 2)
+      peak = std::max(peak, change.segment<2>(i).norm());
+    if (peak > 0)
+      most = std::max(most,
+                      peak / (change.norm() * std::sqrt(2.0 / static_cast<double>(change.size()))));
+  }
+  return most > 0 ? most : kInfinitelyFar;
 }
 
 }  // namespace
@@ -208,7 +249,11 @@ std::optional<DifferenceTest> difference_test(const UncertainCamera& a, const Un
   // The cube root of chi-square over its degrees of freedom is nearly normal.
   const double variance = 2 / (9 * freedom);
   const double ratio = difference.rms_px * difference.rms_px / mean;
-  return DifferenceTest{std::sqrt(mean), (std::cbrt(ratio) - (1 - variance)) / std::sqrt(variance)};
+  const double needed = noncentrality(freedom, policy::kCheckQuantile, policy::kCheckQuantile);
+  const double peak = std::min(peak_of_changes(a, common, difference.distance_m),
+                               peak_of_changes(b, common, difference.distance_m));
+  return DifferenceTest{std::sqrt(mean), (std::cbrt(ratio) - (1 - variance)) / std::sqrt(variance),
+                        peak * std::sqrt(needed * mean / freedom)};
 }
 
 }  // namespace tagcal

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <optional>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "tagcal/uncertainty/projection_uncertainty.hpp"
@@ -32,6 +33,19 @@ std::optional<LensDifference> lens_difference(const Camera& a, const Camera& b,
 std::vector<Eigen::Vector2d> common_samples(const ImageSize& size, const SeenRegion& a,
                                             const SeenRegion& b);
 
+// The verdict of a test for a change of a camera: of new pictures (check_camera), or of two
+// calibrations.
+enum class CheckVerdict {
+  valid,        // no change is seen, and one of the limit would have been
+  changed,      // the data contradict one camera (p < policy::kFalseAlarm)
+  cannot_tell,  // no change is seen, but one of the limit could be hidden
+};
+std::string_view verdict_name(CheckVerdict verdict);  // as in the enum
+
+// The rule of all such tests. in_sigmas: the normal score of the test; smallest_px: the smallest
+// change that it shows with the probability policy::kDetectionPower; limit_px: that which matters.
+CheckVerdict change_verdict(double in_sigmas, double smallest_px, double limit_px);
+
 // What the covariances of two independent calibrations predict for the difference of their lenses
 // if both are right.
 struct DifferenceTest {
@@ -39,15 +53,19 @@ struct DifferenceTest {
   // Score of the difference found: the quantile of a standard normal variable that is exceeded with
   // the same probability. Consistent calibrations give 0 +- 1.
   double in_sigmas = 0;
+  // The smallest change of focal length or principal point that the test shows: its largest
+  // displacement at a sample. Infinite if the model of neither lens has them.
+  double smallest_px = 0;
 };
 
 // The test of the sum S of |d|^2 over the samples. With A the aligned Jacobians
 // (projection_uncertainty.hpp) and C the covariances, d has the covariance
 //   M = A_a C_a A_a' + A_b C_b A_b',  E S = tr M,  Var S = 2 tr M^2,
 // and S nu / E S is taken as chi-square of nu = (tr M)^2 / tr M^2 degrees of freedom (Satterthwaite
-// 1946), whose quantile is that of Wilson and Hilferty (1931). A lens without a
-// covariance counts as exact. No value if both are, or if fewer than six samples have a ray in
-// both.
+// 1946), whose quantile is that of Wilson and Hilferty (1931). A change shows if it adds
+// L = lambda E S / nu to S, with the non-centrality lambda of that chi-square; so of changes with
+// the same RMS that with the largest displacement is the least shown. A lens without a covariance
+// counts as exact. No value if both are, or if fewer than six samples have a ray in both.
 std::optional<DifferenceTest> difference_test(const UncertainCamera& a, const UncertainCamera& b,
                                               std::span<const Eigen::Vector2d> samples,
                                               const LensDifference& difference);

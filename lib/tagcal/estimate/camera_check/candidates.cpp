@@ -171,14 +171,23 @@ DetectableChange detectable(const Candidate& candidate, const ChangeTest& test,
                             const FreeFit& fit) {
   const VectorXd least = test.least_shown(candidate.basis, candidate.pixels);
   DetectableChange change{candidate.camera, candidate.kind,
-                          lengths(candidate.pixels * least).second, 0};
+                          lengths(candidate.pixels * least).second, 0, {}};
   constexpr double kMillimetres = 1000;  // of a metre
   if (candidate.kind == ChangeKind::focal_length) {
     const Lens lens = fit.state.cameras[candidate.camera].lens();
     change.size = std::abs(least[0]) * parameters(lens)[0];
   }
   if (candidate.kind == ChangeKind::principal_point) change.size = least.norm();
-  if (candidate.kind == ChangeKind::place) change.size = kMillimetres * least.tail<3>().norm();
+  if (candidate.kind == ChangeKind::place) {
+    change.size = kMillimetres * least.tail<3>().norm();
+    change.step.assign(least.begin(), least.end());
+  } else {
+    const VectorXd all = candidate.basis * least;
+    const RigLayout layout(fit.state, fit.connected);
+    const auto of_lens = all.segment(layout.lens[candidate.camera],
+                                     fit.state.cameras[candidate.camera].model->num_free());
+    change.step.assign(of_lens.begin(), of_lens.end());
+  }
   return change;
 }
 

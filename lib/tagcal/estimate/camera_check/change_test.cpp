@@ -141,7 +141,7 @@ VectorXd ChangeTest::least_shown(const MatrixXd& basis, const MatrixXd& rows) co
   const double needed = noncentrality(static_cast<double>(std::max<Index>(1, all_.freedom)),
                                       policy::kCheckQuantile, policy::kCheckQuantile);
   // Eigenvectors v have v' F v = 1.
-  return policy::kStatedOverTheory * std::sqrt(needed) * unit.cwiseInverse().asDiagonal() *
+  return std::sqrt(needed) * unit.cwiseInverse().asDiagonal() *
          eigen.eigenvectors().rightCols(1);
 }
 

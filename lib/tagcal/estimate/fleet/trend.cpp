@@ -71,12 +71,13 @@ std::vector<Whitened> whitened(std::span<const UnitValues> calibrations, const D
 Trend trend_of(const Eigen::VectorXd& coefficients, const Eigen::MatrixXd& covariance,
                const Design& design, Eigen::Index p) {
   const Eigen::Index q = design.range.size();
-  Trend trend{MatrixX(p, q), MatrixX(p, q), {}};
+  Trend trend{MatrixX(p, q), MatrixX(p, q), {}, {}};
   for (Eigen::Index j = 0; j < q; ++j) {
     const Eigen::VectorXd slopes = coefficients.segment((j + 1) * p, p);
     const Eigen::MatrixXd block = covariance.block((j + 1) * p, (j + 1) * p, p, p);
     trend.slopes.col(j) = slopes / design.range(j);
     trend.sigmas.col(j) = block.diagonal().cwiseSqrt() / design.range(j);
+    trend.covariances.emplace_back(block / (design.range(j) * design.range(j)));
     trend.chi_square.push_back(slopes.dot(Eigen::LLT<Eigen::MatrixXd>(block).solve(slopes)));
   }
   return trend;

@@ -18,4 +18,16 @@ inline constexpr double kContradictionSigmas = 3;
 // Pixels are given as decimals or as float32: no noise is less than this, px.
 inline constexpr double kLeastPixelNoise = 1e-3;
 
+// ---- Whether a calibration changed: new pictures against it (check_camera.hpp), or two of them
+// (lens_difference.hpp)
+
+// Probability of `changed` for a camera that did not change; 2.326 is its quantile of the normal
+// distribution. A check may run daily: a false alarm in a hundred days.
+inline constexpr double kFalseAlarm = 0.01;
+inline constexpr double kCheckQuantile = 2.326;
+// Probability with which the stated smallest change is found. Its size is that of a non-central
+// chi-square that is found 99 times of 100 (kCheckQuantile); 98 to 99 times were counted, because
+// the spread of few views is estimated (check_camera_test).
+inline constexpr double kDetectionPower = 0.98;
+
 }  // namespace tagcal::internal::policy
