@@ -112,5 +112,20 @@ TEST(EstimatePose, RandomDataHaveNoConsensus) {
       }
 }
 
+TEST(EstimatePose, EqualSeedsGiveEqualAnswers) {
+  Random random(42);
+  const Pose pose = looking_at_board(Vector3d::Zero(), 0.5, 1.2, random);
+  auto corners = seen(board_points(), pose, 0.3, random);
+  spoil(corners, 0.6, false, random);
+  const PoseEstimate a = estimate_pose(corners, kCamera, {.seed = 7});
+  const PoseEstimate b = estimate_pose(corners, kCamera, {.seed = 7});
+  const PoseEstimate c = estimate_pose(corners, kCamera, {.seed = 8});
+  ASSERT_EQ(a.status, Status::ok);
+  EXPECT_EQ(a.camera_from_target().matrix(), b.camera_from_target().matrix());
+  EXPECT_EQ(a.outliers, b.outliers);
+  EXPECT_EQ(a.outliers, c.outliers);
+  EXPECT_LT(angle_between_rad(a.camera_from_target(), c.camera_from_target()), 1e-6);
+}
+
 }  // namespace
 }  // namespace tagcal

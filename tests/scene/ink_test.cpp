@@ -86,7 +86,7 @@ TEST(Ink, KalibrsBorderIsTwoCellsWide) {
 }
 
 TEST(Ink, KalibrsSquaresStandAtEveryCrossing) {
-  const Board board = make_board(kKalibr);
+  const Board board = make_board(AprilGrid{6, 6, 0.088, 0.3, 0});
   const auto panels = board_panels(board, 0.02);
   ASSERT_EQ(panels.size(), 1u);
   ASSERT_EQ(panels[0].squares.size(), 49u);
