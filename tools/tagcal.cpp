@@ -39,11 +39,11 @@ constexpr const char* kGuide =
 
 std::vector<Command> command_table(CLI::App& app) {
   std::vector<Command> commands = {
-      add_render(app),  add_detect(app),    add_calibrate(app),  add_rig(app),
-      add_handeye(app), add_watch(app),     add_validate(app),   add_check(app),
-      add_report(app),  add_pose(app),      add_board(app),      add_view(app),
-      add_diff(app),    add_fleet(app),     add_convert(app),    add_reproject(app),
-      add_project(app), add_unproject(app), add_triangulate(app)};
+      add_render(app),    add_detect(app),  add_calibrate(app), add_rig(app),
+      add_handeye(app),   add_watch(app),   add_validate(app),  add_check(app),
+      add_history(app),   add_report(app),  add_pose(app),      add_board(app),
+      add_view(app),      add_diff(app),    add_fleet(app),     add_convert(app),
+      add_reproject(app), add_project(app), add_unproject(app), add_triangulate(app)};
   add_study_commands(app, commands);
   commands.push_back(add_completion(app));
   return commands;

@@ -74,6 +74,9 @@ void bind_changes(py::module_& m) {
   detectable.field("max_px", &DetectableChange::max_px, "In the image at most.");
   detectable.field("size", &DetectableChange::size,
                    "px of the focal length or the principal point, mm of a place; else 0.");
+  detectable.field("step", &DetectableChange::step,
+                   "The change itself, with either sign: of the free parameters of the lens, or "
+                   "(omega rad, tau m) of a place.");
   detectable.representation([](const DetectableChange& d) {
     return std::string(kind_name(d.kind)) + ", " + number(d.max_px, 2) + " px";
   });
@@ -103,7 +106,8 @@ void bind_answer_of_check(py::module_& m) {
   check.field("change", &CameraCheck::change,
               "CameraChange; None unless \"changed\", and if no single kind explains it.");
   check.field("detectable", &CameraCheck::detectable, "A list of DetectableChange.");
-  check.field("smallest_px", &CameraCheck::smallest_px, "The largest max_px of them but for the whole lens.");
+  check.field("smallest_px", &CameraCheck::smallest_px,
+              "The largest max_px of them but for the whole lens.");
   check.field("cameras", &CameraCheck::cameras, "A list of CheckedCamera.");
   check.field("findings", &CameraCheck::findings, "What the check found out about its data.");
   check.representation([](const CameraCheck& c) {

@@ -10,7 +10,9 @@
 #include "python/calibration.hpp"
 #include "python/findings.hpp"
 #include "python/records.hpp"
+#include "python/uncertain_camera.hpp"
 #include "tagcal/error.hpp"
+#include "tagcal/uncertainty/lens_difference.hpp"
 
 // Many units of one make (tagcal fleet).
 
@@ -119,11 +121,75 @@ void bind_trend(py::module_& m) {
       });
 }
 
+CameraHistory history_of(const std::vector<CameraLike>& calibrations,
+                         const std::optional<std::vector<double>>& keys,
+                         const std::optional<ArrayLike>& samples) {
+  std::vector<UncertainCamera> cameras;
+  for (const CameraLike& camera : calibrations)
+    cameras.push_back(uncertain_camera(known_camera(camera, "calibrations")));
+  std::vector<double> values = keys.value_or(std::vector<double>());
+  if (!keys)
+    for (std::size_t k = 0; k < cameras.size(); ++k) values.push_back(static_cast<double>(k));
+  std::vector<Eigen::Vector2d> pixels;
+  if (samples) {
+    const auto array = real_array(*samples, "samples");
+    if (array.ndim() != 2 || array.shape(1) != 2)
+      throw Error("samples: must have the shape (N, 2)");
+    for (py::ssize_t i = 0; i < array.shape(0); ++i)
+      pixels.emplace_back(array.data()[2 * i], array.data()[2 * i + 1]);
+  } else if (!cameras.empty()) {
+    pixels = common_samples(cameras.front().camera.image_size, {}, {});
+  }
+  py::gil_scoped_release release;
+  return estimate_history(cameras, values, pixels);
+}
+
+void bind_history(py::module_& m) {
+  Record<HistoryChange>(m, "HistoryChange", "By how much something changes.")
+      .field("name", &HistoryChange::name, "fx, cx, ..; \"distortion\"; \"image\".")
+      .field("px", &HistoryChange::px, "The change in pixels.")
+      .field("sigma_px", &HistoryChange::sigma_px, "Its standard deviation.")
+      .representation([](const HistoryChange& c) {
+        return c.name + " " + number(c.px) + " +- " + number(c.sigma_px, 2) + " px";
+      });
+  Record<HistoryFit>(m, "HistoryFit", "A line by the key, or one step.")
+      .field("p_value", &HistoryFit::p_value, "Of a change as large as this, if there is none.")
+      .field("parameters", &HistoryFit::parameters,
+             "A list of HistoryChange: by one unit of the key, or by the step.")
+      .field("image", &HistoryFit::image,
+             "HistoryChange: the largest displacement between the first key and the last, or by "
+             "the step, less what a turned camera explains.")
+      .field("scatter", &HistoryFit::scatter,
+             "Of the calibrations about it, over what their covariances say.")
+      .field("p_scatter", &HistoryFit::p_scatter, "Of a scatter as large as this.")
+      .field("after", &HistoryFit::after, "The key before the step, or the first one.")
+      .field("before", &HistoryFit::before, "The key behind the step, or the last one.")
+      .representation([](const HistoryFit& f) { return "p " + number(f.p_value, 2); });
+  Record<CameraHistory>(m, "CameraHistory", "If a camera is stable over its calibrations.")
+      .field(
+          "verdict", [](const CameraHistory& h) { return std::string(verdict_name(h.verdict)); },
+          "\"stable\", \"trend\", \"change\" or \"too_few\".")
+      .field("false_alarm", &CameraHistory::false_alarm,
+             "Probability of \"trend\" or \"change\" if nothing changed.")
+      .field("trend", &CameraHistory::trend, "HistoryFit: a line by the key.")
+      .field("step", &CameraHistory::step, "HistoryFit: one step.")
+      .representation([](const CameraHistory& h) {
+        return std::string(verdict_name(h.verdict)) + ", trend p " + number(h.trend.p_value, 2) +
+               ", step p " + number(h.step.p_value, 2);
+      });
+}
+
 }  // namespace
 
 void bind_fleet(py::module_& m) {
   bind_population(m);
   bind_trend(m);
+  bind_history(m);
+  m.def("estimate_history", &history_of, py::arg("calibrations"), py::arg("keys") = py::none(),
+        py::arg("samples") = py::none(),
+        "If a camera is stable over its calibrations (Calibration or UncertainCamera, of one "
+        "model), drifts by the `keys`, such as days or degrees (None: the order), or changed once. "
+        "samples: (N, 2) pixels where displacements count (None: the whole image).");
   m.def("estimate_population", &population_of, py::arg("values"), py::arg("covariances"),
         py::arg("names") = std::vector<std::string>(),
         "What units of one make differ by: `values` (N, P) of N units, such as their lens "

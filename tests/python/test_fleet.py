@@ -47,3 +47,19 @@ def test_a_trend() -> None:
     assert of_days < 1e-6 < 1e-3 < of_scatter
     assert tagcal.repeat_inflation([trend]) == 1
     assert tagcal.estimate_trend(values, np.tile(np.eye(3), (6, 1, 1)), days * 0) is None
+
+
+def test_a_history() -> None:
+    random = np.random.default_rng(4)
+    calibrations = [
+        tagcal.UncertainCamera(
+            tagcal.Camera.pinhole(900 + 5 * k + random.normal(), 900 + 5 * k + random.normal(), 640, 400,
+                                  (1280, 800)), "pinhole", np.eye(4))
+        for k in range(8)]
+    history = tagcal.estimate_history(calibrations)
+    assert history.verdict == "trend" and history.false_alarm == 0.01
+    fx = history.trend.parameters[0]
+    assert fx.name == "fx" and abs(fx.px - 5) < 5 * fx.sigma_px
+    assert tagcal.estimate_history(calibrations[:2], [0.0, 1.0]).verdict == "too_few"
+    with pytest.raises(tagcal.Error, match="keys: must be 8"):
+        tagcal.estimate_history(calibrations, [1.0])

@@ -135,6 +135,27 @@ TEST(DifferenceTest, ScoresOfDrawnLensesAreNormal) {
   EXPECT_NEAR(squares / kDraws, 1, 0.25);
   EXPECT_NEAR(ratio / kDraws, 1, 0.15);
   EXPECT_GT(score(drawn(sigma_a, random), drawn(sigma_b, random, 10)).in_sigmas, 5);
+  // The smallest change that it states is found 98 times of 100, less two standard deviations.
+  int found = 0, alarms = 0;
+  for (int i = 0; i < kDraws; ++i) {
+    const UncertainCamera a = drawn(sigma_a, random), same = drawn(sigma_b, random);
+    const DifferenceTest test = score(a, same);
+    alarms += change_verdict(test.in_sigmas, test.smallest_px, 1) == CheckVerdict::changed;
+    UncertainCamera b = same;
+    std::vector<double> values = model.free_values(same.camera.lens);
+    values[2] += 1;  // cy
+    b.camera.lens = *model.lens(values, kSize);
+    const auto unit = lens_difference(same.camera, b.camera, samples, kInfinitelyFar);
+    values[2] += test.smallest_px / unit->max_px - 1;
+    b.camera.lens = *model.lens(values, kSize);
+    found += score(a, b).in_sigmas > 2.326;
+  }
+  std::printf("differences: %d alarms, %d stated changes found of %d\n", alarms, found, kDraws);
+  EXPECT_LE(alarms, 0.02 * kDraws);
+  EXPECT_GE(found, 0.966 * kDraws);
+  EXPECT_EQ(change_verdict(2, 0.5, 1), CheckVerdict::valid);
+  EXPECT_EQ(change_verdict(2, 2, 1), CheckVerdict::cannot_tell);
+  EXPECT_EQ(change_verdict(3, 0.5, 1), CheckVerdict::changed);
   UncertainCamera exact = drawn({}, random);
   exact.covariance.resize(0, 0);
   EXPECT_LT(score(drawn(sigma_a, random), exact).in_sigmas, 3.5);

@@ -20,6 +20,7 @@ Command add_view(CLI::App& app);
 Command add_diff(CLI::App& app);
 Command add_fleet(CLI::App& app);
 Command add_check(CLI::App& app);
+Command add_history(CLI::App& app);
 Command add_convert(CLI::App& app);
 Command add_reproject(CLI::App& app);
 Command add_project(CLI::App& app);

@@ -32,6 +32,7 @@ struct Arguments {
   std::string a;
   std::string b;
   double near_m = 1;
+  double limit_px = 1;
   bool whole_image = false;
   bool json = false;
 };
@@ -124,11 +125,10 @@ std::string difference_text(const LensDifference& d, const char* where) {
 }
 
 // The last line.
-std::string verdict_text(const std::vector<Comparison>& comparisons) {
-  const ComparisonVerdict verdict = verdict_of(comparisons);
-  if (verdict.kind == ComparisonVerdict::Kind::unknown) return verdict.sentence + "\n";
-  const bool is_consistent = verdict.kind == ComparisonVerdict::Kind::consistent;
-  return wrapped(toned(is_consistent ? Tone::good : Tone::bad, verdict.word) + ": ",
+std::string verdict_text(const ComparisonVerdict& verdict) {
+  if (!verdict.verdict) return verdict.sentence + "\n";
+  static constexpr Tone kTones[] = {Tone::good, Tone::bad, Tone::caution};
+  return wrapped(toned(kTones[static_cast<std::size_t>(*verdict.verdict)], verdict.word) + ": ",
                  verdict.sentence, 2);
 }
 
@@ -168,9 +168,14 @@ int run(const Arguments& arguments) {
     list.push_back(difference_json(comparison));
     text += difference_text(comparison.difference, where);
   }
-  const Json answer = {{"a", arguments.a}, {"b", arguments.b}, {"differences", list}};
-  print_answer(arguments.json ? json_text(answer) : text + verdict_text(comparisons),
-               arguments.json);
+  const ComparisonVerdict verdict = verdict_of(comparisons, arguments.limit_px);
+  const bool is_bounded = verdict.verdict && std::isfinite(verdict.smallest_px);
+  const Json answer = {{"a", arguments.a},
+                       {"b", arguments.b},
+                       {"verdict", verdict.verdict ? Json(verdict_name(*verdict.verdict)) : Json()},
+                       {"smallest_px", is_bounded ? Json(verdict.smallest_px) : Json()},
+                       {"differences", list}};
+  print_answer(arguments.json ? json_text(answer) : text + verdict_text(verdict), arguments.json);
   return kAnswer;
 }
 
@@ -186,6 +191,9 @@ Command add_diff(CLI::App& app) {
       .required();
   add_length(*command, "--distance", arguments->near_m,
              "distance in metres at which they are compared, beside infinity (1)");
+  add_positive(*command, "--limit", arguments->limit_px,
+               "the change that matters, px in the image (1): valid only if a smaller one would "
+               "have been seen");
   add_flag(*command, "--whole-image", arguments->whole_image,
            "fit the moved camera over the whole image, not only where both had corners");
   add_flag(*command, "--json", arguments->json, "one JSON object on stdout");

@@ -78,7 +78,7 @@ bool is_far_off(const std::optional<double>& in_sigmas) {
 std::vector<std::string> differing(const RigDifference& difference) {
   std::vector<std::string> parts;
   for (const ComparedLens& lens : difference.lenses)
-    if (verdict_of(lens.comparisons).kind == ComparisonVerdict::Kind::different)
+    if (verdict_of(lens.comparisons).verdict == CheckVerdict::changed)
       parts.push_back("the lens of " + lens.name);
   if (is_far_off(difference.places.in_sigmas)) {
     const auto worst = std::ranges::max_element(

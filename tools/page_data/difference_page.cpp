@@ -62,7 +62,7 @@ PageJson common_parameters_json(const CalibrationFile& a, const CalibrationFile&
 }
 
 std::string level_of(const ComparisonVerdict& verdict) {
-  return verdict.kind == ComparisonVerdict::Kind::consistent ? "ok" : "warnings";
+  return verdict.verdict == CheckVerdict::valid ? "ok" : "warnings";
 }
 
 // Two files of one name are told apart by their folders.

@@ -36,7 +36,10 @@ std::optional<double> days_of(std::string_view date) {
   return std::chrono::sys_days(day).time_since_epoch().count();
 }
 
-void set_name(FleetUnit& unit, std::string name) {
+}  // namespace
+
+FleetUnit named_unit(std::string name) {
+  FleetUnit unit;
   constexpr std::size_t kDate = 10;
   unit.serial = name;
   if (name.size() > kDate + 1 &&
@@ -49,7 +52,10 @@ void set_name(FleetUnit& unit, std::string name) {
     }
   }
   unit.row.name = std::move(name);
+  return unit;
 }
+
+namespace {
 
 FleetRow row_of_camera(const fs::path& file) {
   FleetRow row;
@@ -152,8 +158,8 @@ FleetInput read_fleet(const fs::path& folder, const fs::path& table, int threads
     FleetRow row = i < s ? read_summary(files.summaries[i]) : row_of_camera(files.cameras[i - s]);
     if (i < s && row.status == "ok" && !files.calibrations.contains(row.name))
       row.reason = fmt::format("{}.yaml is missing", row.name);
+    units[i] = named_unit(row.name);
     units[i].row = std::move(row);
-    set_name(units[i], units[i].row.name);
   });
   FleetInput input;
   for (FleetUnit& unit : units) {

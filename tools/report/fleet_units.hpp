@@ -18,6 +18,9 @@ struct FleetUnit {
   std::optional<double> temperature_c;
 };
 
+// The unit of a name: SERIAL_2026-03-01 has its date at the end.
+FleetUnit named_unit(std::string name);
+
 struct FleetInput {
   std::vector<FleetUnit> units;       // by name
   std::vector<std::string> warnings;  // files that are no calibrations, a sentence each

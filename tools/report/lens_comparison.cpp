@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "draw/uncertainty_picture.hpp"
 #include "job/lens_input.hpp"
 #include "job/terminal.hpp"
@@ -25,20 +28,30 @@ const Comparison* worst_of(std::span<const Comparison> comparisons) {
   return worst;
 }
 
-ComparisonVerdict verdict_of(std::span<const Comparison> comparisons) {
-  using Kind = ComparisonVerdict::Kind;
+ComparisonVerdict verdict_of(std::span<const Comparison> comparisons, double limit_px) {
   const Comparison* const worst = worst_of(comparisons);
   if (!worst)
-    return {Kind::unknown, "",
-            "not known if they are consistent: neither file has a covariance of the lens"};
-  const bool is_consistent = worst->test->in_sigmas <= kMostSigmas;
-  return {is_consistent ? Kind::consistent : Kind::different,
-          is_consistent ? "CONSISTENT" : "DIFFERENT",
-          fmt::format(
-              "{} px apart at {}, where the covariances of both explain {} px{}",
-              two_digits(worst->difference.rms_px < kLeastPx ? 0 : worst->difference.rms_px),
-              distance_text(worst->difference.distance_m), two_digits(worst->test->expected_px),
-              is_consistent ? "" : fmt::format(": {:.1f} sd too much", worst->test->in_sigmas))};
+    return {std::nullopt, "",
+            "not known if they are one camera: neither file has a covariance of the lens", 0};
+  double smallest = 0;
+  for (const Comparison& c : comparisons)
+    if (c.test) smallest = std::max(smallest, c.test->smallest_px);
+  const CheckVerdict verdict = change_verdict(worst->test->in_sigmas, smallest, limit_px);
+  std::string sentence = fmt::format(
+      "{} px apart at {}, where the covariances of both explain {} px",
+      two_digits(worst->difference.rms_px < kLeastPx ? 0 : worst->difference.rms_px),
+      distance_text(worst->difference.distance_m), two_digits(worst->test->expected_px));
+  const std::string hidden =
+      std::isfinite(smallest) ? two_digits(smallest) + " px" : std::string("any size");
+  if (verdict == CheckVerdict::changed)
+    sentence += fmt::format(" (score {:.1f})", worst->test->in_sigmas);
+  else if (verdict == CheckVerdict::valid)
+    sentence += fmt::format("; a change of {} in the image would have been seen", hidden);
+  else
+    sentence += fmt::format("; a change of {} in the image could be hidden, and {} px matter",
+                            hidden, two_digits(limit_px));
+  static constexpr const char* kWords[] = {"VALID", "CHANGED", "CANNOT TELL"};
+  return {verdict, kWords[static_cast<std::size_t>(verdict)], sentence, smallest};
 }
 
 std::vector<Comparison> compare(const std::string& name_a, const UncertainCamera& a,

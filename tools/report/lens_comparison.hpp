@@ -11,7 +11,7 @@
 
 namespace tagcal::tools {
 
-// Beyond this the calibrations contradict one another: 1 in 700 by chance.
+// Beyond this places of rigs contradict one another: 1 in 700 by chance, of many pairs.
 inline constexpr double kMostSigmas = 3;
 inline constexpr double kLeastPx = 1e-6;  // numeric: a smaller difference is shown as 0
 
@@ -28,13 +28,15 @@ std::vector<Eigen::Vector2d> common_region(const CalibrationFile& a, const Calib
 // The comparison with the largest difference in standard deviations; null if none has a test.
 const Comparison* worst_of(std::span<const Comparison> comparisons);
 
-// Whether the calibrations agree as well as their covariances say: a word and a sentence.
+// The verdict of a check (change_verdict) by the comparison that differs most, and a sentence. No
+// verdict and no word if neither file has a covariance.
 struct ComparisonVerdict {
-  enum class Kind { unknown, consistent, different } kind = Kind::unknown;
-  std::string word;  // "" if it is not known
+  std::optional<CheckVerdict> verdict;
+  std::string word;
   std::string sentence;
+  double smallest_px = 0;  // the change that would have been seen, of all comparisons
 };
-ComparisonVerdict verdict_of(std::span<const Comparison> comparisons);
+ComparisonVerdict verdict_of(std::span<const Comparison> comparisons, double limit_px = 1);
 
 // Compares two calibrations at each distance, which messages name. Throws Error if they have too
 // little in common.

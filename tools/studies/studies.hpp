@@ -9,6 +9,7 @@ namespace tagcal {
 
 study::Study big_data_study();
 study::Study calibration_nees_study();
+study::Study check_study();
 study::Study checkers_study();
 study::Study detect_answers_study();
 study::Study end_to_end_study();

@@ -137,6 +137,6 @@ function withoutWord(sentence, word) {
   const at = sentence.indexOf(":");
   const start = sentence.slice(0, Math.max(0, at)).toLowerCase();
   const repeats = at > 0 &&
-    (word.toLowerCase().startsWith(start) || /^(ok|no answer|consistent|different)/.test(start));
+    (word.toLowerCase().startsWith(start) || /^(ok|no answer|valid|changed|cannot tell)/.test(start));
   return repeats ? sentence.slice(at + 1).trim() : sentence;
 }
