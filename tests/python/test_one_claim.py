@@ -224,7 +224,7 @@ def test_points(answers: Answers, tmp_path: Path) -> None:
     for row, pixel, s in zip(rows, expected, covariances, strict=True):
         values = [float(x) for x in row.split(",")[3:8]]
         assert values == [*pixel, s[0, 0], s[0, 1], s[1, 1]]
-    np.savetxt(table, pixels, fmt="%r", delimiter=",", header="u_px,v_px", comments="")
+    np.savetxt(table, pixels, fmt="%.17g", delimiter=",", header="u_px,v_px", comments="")
     rows = command("unproject", table, "--camera", answers.file).splitlines()[1:]
     directions, covariances = answers.python.uncertain_camera.direction(pixels)
     for row, direction, s in zip(rows, directions, covariances, strict=True):

@@ -237,7 +237,7 @@ def poses(
         axes = figure.add_subplot(projection="3d")
     elif getattr(axes, "name", "") != "3d":
         raise tagcal.Error('ax: must be of projection="3d"')
-    points = [] if boards else [np.zeros((1, 3))]
+    points: list[Any] = [] if boards else [np.zeros((1, 3))]
     for board, world_from_board in boards:
         for outline in outlines(board):
             points.append(world_from_board.transform(outline))
