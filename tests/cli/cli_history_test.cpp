@@ -66,7 +66,9 @@ TEST_F(HistoryCli, ATrendByANumberInTheFilesAndByATable) {
       json_of("history " + files + "--key degrees --values " + path("degrees.csv"), 1);
   EXPECT_EQ(in_table["trend"], in_files["trend"]);
   for (const Json& parameter : in_files["trend"]["parameters"])
-    if (parameter["name"] == "cx") EXPECT_NEAR(parameter["px"], 2, 1e-3);
+    if (parameter["name"] == "cx") {
+      EXPECT_NEAR(parameter["px"], 2, 1e-3);
+    }
   const Outcome out = run("history " + files + "--key temperature_c --out " + path("h.csv"));
   EXPECT_EQ(out.exit_code, 1);
   EXPECT_EQ(std::ranges::count(slurp(path("h.csv")), '\n'), 7);

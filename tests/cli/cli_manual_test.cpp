@@ -24,10 +24,10 @@ TEST_F(Cli, TheVersionNamesTheLibraries) {
 }
 
 constexpr const char* kCommands[] = {
-    "",          "render",      "detect", "calibrate", "rig",       "handeye",
-    "watch",     "validate",    "check",  "report",    "pose",      "board",
-    "view",      "diff",        "fleet",  "convert",   "reproject", "project",
-    "unproject", "triangulate", "chart",  "stability", "completion"};
+    "",        "render",    "detect",      "calibrate", "rig",       "handeye",
+    "watch",   "validate",  "check",       "report",    "pose",      "board",
+    "view",    "diff",      "history",     "fleet",     "convert",   "reproject",
+    "project", "unproject", "triangulate", "chart",     "stability", "completion"};
 
 // As wide as the terminal says, 100 columns elsewhere; the seldom options are in --help-all.
 TEST_F(Cli, HelpFitsATerminal) {

@@ -80,6 +80,7 @@ def results() -> dict[type, object]:
         tagcal.read_cameras(DESK / "truth.yaml"),
         tagcal.validate(calibration, dataset),
         population(), tagcal.unit_distances(population(), np.zeros((1, 2)), np.eye(2)[None]),
+        tagcal.estimate_history(8 * [calibration]),
         tagcal.estimate_trend(
             np.zeros((3, 2)), np.tile(np.eye(2), (3, 1, 1)), [[1.0], [2.0], [3.0]]),
     ]  # fmt: skip

@@ -57,7 +57,7 @@ int run(const Arguments& arguments) {
 
 Command add_history(CLI::App& app) {
   CLI::App* command = add_command(
-      app, "history", "if a camera is stable over its calibrations, drifts, or changed once");
+      app, "history", "calibrations of one camera: if it is stable, drifts, or changed");
   const auto arguments = std::make_shared<Arguments>();
   add_option(*command, "CAMERA", arguments->cameras,
              "calibrations of one camera, of one model, by tagcal calibrate")

@@ -184,7 +184,7 @@ void add_lenses_and_outputs(CLI::App& command, Arguments& arguments) {
       .text("FILE")
       .writes_text();
   add_option(command, "--report", arguments.report,
-             "a page to look at: the rig in 3D, pairs, instants, lenses (report.md)")
+             "a page: the rig in 3D, pairs, lenses (report.md)")
       .text("FILE.html");
   add_flag(command, "--json", arguments.json, "one JSON object on stdout");
   add_threads(command, arguments.threads);

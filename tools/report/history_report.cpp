@@ -26,9 +26,9 @@ std::string sentence(const CameraHistory& history, const HistoryInput& input) {
       fmt::format("between {} {:g} and {:g}", input.key, step.after, step.before);
   switch (history.verdict) {
     case HistoryVerdict::too_few:
-      return fmt::format("{} do not show a trend: give three or more with different {}",
+      return fmt::format("{} are too few to tell noise from a change: give more{}",
                          counted(input.names.size(), "calibration"),
-                         input.key == "order" ? "calibrations" : input.key);
+                         input.key == "order" ? "" : ", at different " + input.key);
     case HistoryVerdict::trend:
       return fmt::format(
           "the camera changes with {}, by {} in the image from {:g} to {:g} (p {:.1g})", input.key,
