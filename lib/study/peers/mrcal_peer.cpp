@@ -36,6 +36,15 @@ std::vector<double> values_of(const std::vector<mrcal_pose_t>& poses) {
   return values;
 }
 
+std::vector<mrcal_observation_board_t> observations_of(const std::vector<MrcalView>& views) {
+  std::vector<mrcal_observation_board_t> observations(views.size());
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    observations[i].icam = {views[i].camera, views[i].camera - 1};
+    observations[i].iframe = views[i].frame;
+  }
+  return observations;
+}
+
 }  // namespace
 
 bool has_mrcal() { return true; }
@@ -48,11 +57,7 @@ MrcalAnswer calibrate_by_mrcal(const MrcalProblem& problem) {
   MrcalAnswer answer{{static_cast<std::size_t>(num_cameras), start}, {}};
   std::vector<mrcal_pose_t> frames = poses_of(problem.poses),
                             cameras = poses_of(problem.camera_from_first);
-  std::vector<mrcal_observation_board_t> views(problem.views.size());
-  for (std::size_t i = 0; i < views.size(); ++i) {
-    views[i].icam = {problem.views[i].camera, problem.views[i].camera - 1};
-    views[i].iframe = problem.views[i].frame;
-  }
+  const std::vector<mrcal_observation_board_t> views = observations_of(problem.views);
   std::vector<mrcal_point3_t> pixels;
   for (std::size_t i = 0; i < problem.pixels.size(); i += 3)
     pixels.push_back(point(&problem.pixels[i]));
