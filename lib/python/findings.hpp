@@ -14,7 +14,7 @@ std::string refusal(Status status, const std::vector<Finding>& findings);
 // "; 2 warnings", or nothing.
 std::string warnings_text(const std::vector<Finding>& findings);
 
-// What all answers have: `is_answer`, the text of a file (`yaml`, of a const T&; `doc`: of which)
+// Defines for an answer `is_answer`, the text of a file (`yaml`, of a const T&; `doc`: of which)
 // and a representation (`text`, of a const T&).
 template <typename T, typename Yaml, typename Text>
 void define_file_answer(Record<T>& record, const Yaml& yaml, const char* doc, const Text& text) {

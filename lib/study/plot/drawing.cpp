@@ -1,11 +1,12 @@
 #include "study/plot/drawing.hpp"
-#include "tagcal/internal/degrees.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
+
+#include "tagcal/internal/degrees.hpp"
 
 namespace tagcal::study {
 namespace {

@@ -21,9 +21,9 @@ using Eigen::Vector3d;
 constexpr double kRigSigmaPx = 0.2;  // of a coordinate: that of a good detector
 constexpr ImageSize kRigImage = {1280, 800};
 const Vector3d kBoardCentre(0.33, 0.33, 0);
-constexpr int kSecondBoard = 200;  // its first tag
-constexpr int kGridPoints = 12;    // across
-constexpr double kGridSpacingM = 0.06;
+constexpr int kSecondBoard = 200;       // its first tag
+constexpr int kGridPoints = 12;         // across
+constexpr double kGridSpacingM = 0.06;  // 0.66 m across, as the board of tags
 
 Pose before_the_board(double spread, Random& random) {
   const Vector3d centre =

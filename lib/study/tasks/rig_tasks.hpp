@@ -32,7 +32,7 @@ struct RigTask {
   std::vector<Pose> rig_from_world;  // by instant; of the cameras that are in time
 };
 
-// What other random rigs share: a step of at most `rad` and `m` in each coordinate, a pose plus
+// Parts of a random rig, for others too: a step of at most `rad` and `m` in each coordinate, a pose plus
 // sums of slow waves of its six coordinates about a centre, by the time in instants, and a lens.
 Vector6d random_step(Random& random, double rad, double m);
 std::function<Pose(double)> steady_motion(const Pose& middle, const Eigen::Vector3d& centre,

@@ -236,7 +236,7 @@ RigStart place_cameras(const RigDataset& rig, const RigOptions& options, RigStat
   return start;
 }
 
-// What the minimum says of the answer.
+// Adds the findings of the bundle's minimum.
 void report_minimum(const RigState& state, const RigSolution& solution, bool has_covariance,
                     RigCalibration& answer) {
   if (has_covariance)

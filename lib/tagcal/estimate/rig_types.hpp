@@ -145,7 +145,7 @@ struct RigCalibration {
 // The rig of an answer. Precondition: is_answer(rig.status).
 KnownRig known_rig(const RigCalibration& rig);
 
-// What a known rig says of each two of its cameras: place, baseline and depths; nothing of
+// Place, baseline and depths of each two cameras of a known rig; nothing of
 // instants. None without the covariance.
 std::vector<RigPair> pairs_of(const KnownRig& rig);
 

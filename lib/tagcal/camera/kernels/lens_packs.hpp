@@ -4,7 +4,7 @@
 #include "tagcal/camera/kernels/project_kernels.hpp"
 #include "tagcal/internal/pack.hpp"
 
-// What the kernels of lenses have in common: points, pixels and derivatives of a pack. A file that
+// Points, pixels and derivatives of a pack, which all kernels of lenses share. A file that
 // includes this has its own copy (see internal/pack.hpp).
 
 namespace tagcal::internal {

@@ -8,7 +8,7 @@
 #include "tagcal/estimate/calibration/calibration_input.hpp"
 #include "tagcal/uncertainty/uncertain_camera.hpp"
 
-// Where the free fit of a check begins (free_fit.hpp).
+// The start of a check's free fit (free_fit.hpp).
 namespace tagcal::internal {
 
 // A view with all its corners; the bundle has its inliers.

@@ -8,6 +8,7 @@
 #include "tagcal/estimate/fleet.hpp"
 #include "tagcal/estimate/policy/fleet.hpp"
 #include "tagcal/solvers/numeric/statistics.hpp"
+#include "tagcal/uncertainty/policy/policy.hpp"
 #include "tagcal/uncertainty/projection_uncertainty.hpp"
 
 namespace tagcal {
@@ -50,7 +51,7 @@ void require_history(std::span<const UncertainCamera> calibrations, std::span<co
   }
 }
 
-// What is reported of a change of the free parameters: rows that give its parts in pixels.
+// Rows that take a change of the free parameters to the reported changes in pixels.
 class Effects {
  public:
   Effects(const UncertainCamera& camera, std::span<const Vector2d> samples)
@@ -171,8 +172,8 @@ HistoryFit fit_of(const Judged& found, const Effects& effects, double range) {
 }
 
 HistoryVerdict verdict_of(const Judged& trend, const Judged& step, std::size_t num) {
-  const bool is_trend = trend.p_value < policy::kHistoryFalseAlarm / 2;
-  const bool is_step = step.p_value < policy::kHistoryFalseAlarm / 2;
+  const bool is_trend = trend.p_value < policy::kFalseAlarm / 2;
+  const bool is_step = step.p_value < policy::kFalseAlarm / 2;
   if (!is_trend && !is_step) return HistoryVerdict::stable;
   // Twice the log-likelihoods, at one noise, with that of the place of the step.
   const double inflation = std::min(trend.inflation, step.inflation);
@@ -204,7 +205,7 @@ CameraHistory estimate_history(std::span<const UncertainCamera> calibrations,
     sorted.push_back(keys[k]);
   }
   CameraHistory history;
-  history.false_alarm = policy::kHistoryFalseAlarm;
+  history.false_alarm = policy::kFalseAlarm;
   std::vector<double> different = sorted;
   different.erase(std::unique(different.begin(), different.end()), different.end());
   constexpr std::size_t kFewestKeys = 3;  // numeric: a line through two keys has no residual

@@ -20,9 +20,6 @@ inline constexpr double kMixedShare = 0.05;
 // of 10 ratios of 5 degrees of freedom is known to 25 %.
 inline constexpr std::size_t kFewestTrends = 10;
 
-// Probability that a history of one camera says `trend` or `change` if nothing changed: half of it
-// each. As that of a check (check_policy.hpp).
-inline constexpr double kHistoryFalseAlarm = 0.01;
 // Residual degrees of freedom below which the scatter of a history is not known: F of 1 and 4 at
 // p = 0.005 is 31, a change of 5.6 standard deviations; of fewer it is 7 or more.
 inline constexpr int kFewestScatterFreedom = 4;

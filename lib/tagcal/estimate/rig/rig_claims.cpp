@@ -9,7 +9,7 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 
-// What the cameras' own calibrations say of their lenses, by the models of their claims.
+// The lenses of the cameras' own calibrations, by the models of their claims.
 std::vector<LensClaim> lens_claims(const RigState& of_claims, const RigCalibration& rig) {
   std::vector<LensClaim> claims(of_claims.cameras.size());
   for (std::size_t c = 0; c < claims.size(); ++c) {

@@ -35,7 +35,7 @@ struct Limits {
 };
 
 Limits limits_of(const Camera& camera, const Quaterniond& rectified_from_camera) {
-  constexpr int kPoints = 9;
+  constexpr int kPoints = 9;  // across and down, as cv::stereoRectify
   constexpr double kMost = std::numeric_limits<double>::max();
   Limits limits{{-kMost, -kMost, kMost, kMost}, {kMost, kMost, -kMost, -kMost}};
   auto& [inner, outer] = limits;
