@@ -87,7 +87,8 @@ TEST(ChartJobs, calibrationsAgree) {
   Random random(8);
   const std::map<std::string, Lens> lenses = {
       {"opencv5", Perspective({900, 898, 651, 392, -0.15, 0.05, 5e-4, -3e-4, 0})},
-      {"fisheye4", Fisheye({420, 419, 633, 405, 0.02, -0.01, 0.003, -0.0005})}};
+      // To 70 degrees: beyond 90 OpenCV 4.10's cv::fisheye::calibrate throws or is wrong.
+      {"fisheye4", Fisheye({620, 619, 633, 405, 0.02, -0.01, 0.003, -0.0005})}};
   for (const auto& [model, lens] : lenses) {
     const CalibrationTask task = draw_calibration(lens, model, 5, random);
     const Eigen::MatrixXd bound = calibration_information(task).inverse();

@@ -30,6 +30,8 @@ class Pdf {
   explicit Pdf(const std::string& title)
       : surface_(cairo_pdf_surface_create_for_stream(append_to_text, &text_, 1, 1)),
         owned_context_(cairo_create(surface_.get())) {
+    // All printers read it, and all versions of Cairo write it in the same form.
+    cairo_pdf_surface_restrict_to_version(surface_.get(), CAIRO_PDF_VERSION_1_4);
     cairo_pdf_surface_set_metadata(surface_.get(), CAIRO_PDF_METADATA_TITLE, title.c_str());
     // Equal boards give equal bytes.
     cairo_pdf_surface_set_metadata(surface_.get(), CAIRO_PDF_METADATA_CREATE_DATE,

@@ -20,12 +20,16 @@ struct Verdict {
 // A problem in the form that a method takes it, with the judge of its answer.
 using Attempt = Prepared<Verdict>;
 
-// The attempts of all methods at one task.
+// The attempts of all methods at one task. A method that throws has no answer.
 template <typename Task, typename Answer, typename Judge>
 std::vector<Attempt> attempts_of(const std::vector<Method<Task, Answer>>& methods, const Task& task,
                                  const Judge& judge) {
   std::vector<Attempt> attempts;
-  for (const auto& method : methods) attempts.push_back(judged(method.prepare(task), judge));
+  for (const auto& method : methods)
+    attempts.push_back(
+        judged(guarded(method.prepare(task)), [judge](const std::optional<Answer>& answer) {
+          return answer ? judge(*answer) : Verdict();
+        }));
   return attempts;
 }
 
