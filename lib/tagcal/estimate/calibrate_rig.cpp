@@ -281,12 +281,12 @@ RigCalibration calibrate_rig(const RigDataset& given, const RigOptions& options)
   check_rig(given, options);
   const PlacedViews views = options.find_boards ? views_of_boards(given) : views_of_world(given);
   RigCalibration answer;
-  const std::vector<Calibration> own = own_calibrations(views.data, options, answer);
+  const std::vector<Calibration> own = own_calibrations(*views.data, options, answer);
   answer.status = judge(answer.findings);
   if (!is_answer(answer.status)) return answer;
   RigState state = rig_state(views, own, options.lenses);
   state.poses.reference = options.reference;
-  solve_rig(views.data, options, state, answer);
+  solve_rig(*views.data, options, state, answer);
   answer.seconds = stopwatch.seconds();
   return answer;
 }

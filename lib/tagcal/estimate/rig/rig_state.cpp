@@ -136,7 +136,7 @@ void RigState::set_alone(std::size_t camera, std::size_t view) {
 }
 
 PlacedViews views_of_world(const RigDataset& rig) {
-  PlacedViews views{rig, {}, 1};
+  PlacedViews views{{std::shared_ptr<const RigDataset>(), &rig}, {}, 1};
   for (const RigCamera& camera : rig.cameras) views.places.emplace_back(camera.data.views.size());
   for (std::size_t t = 0; t < rig.instants.size(); ++t)
     for (std::size_t c = 0; c < rig.cameras.size(); ++c)
@@ -146,13 +146,14 @@ PlacedViews views_of_world(const RigDataset& rig) {
 
 PlacedViews views_of_boards(const RigDataset& rig) {
   const PlacedViews whole = views_of_world(rig);
-  PlacedViews views{rig, {}, rig.cameras.front().data.boards.size()};
+  const auto data = std::make_shared<RigDataset>(rig);
+  PlacedViews views{data, {}, rig.cameras.front().data.boards.size()};
   std::map<CornerId, std::size_t> board_of;
   for (std::size_t b = 0; b < views.num_boards; ++b)
     for (const TargetPoint& p : target_points(rig.cameras.front().data.boards[b].board))
       board_of[p.id] = b;
   for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
-    RigCamera& camera = views.data.cameras[c];
+    RigCamera& camera = data->cameras[c];
     for (PlacedBoard& board : camera.data.boards) board.world_from_board = {};
     camera.data.views.clear();
     camera.times_s.clear();
@@ -164,11 +165,11 @@ PlacedViews views_of_boards(const RigDataset& rig) {
         if (const auto at = board_of.find(o.id); at != board_of.end())
           by_board[at->second].observations.push_back(o);
       const std::optional<std::size_t>& instant = whole.places[c][v].instant;
-      if (instant) views.data.instants[*instant].view[c].reset();
+      if (instant) data->instants[*instant].view[c].reset();
       for (auto& [board, view] : by_board) {
         view.image = picture.image;
-        if (instant && !views.data.instants[*instant].view[c])
-          views.data.instants[*instant].view[c] = camera.data.views.size();
+        if (instant && !data->instants[*instant].view[c])
+          data->instants[*instant].view[c] = camera.data.views.size();
         if (!rig.cameras[c].times_s.empty()) camera.times_s.push_back(rig.cameras[c].times_s[v]);
         camera.data.views.push_back(std::move(view));
         views.places[c].push_back({instant, board});
@@ -179,13 +180,13 @@ PlacedViews views_of_boards(const RigDataset& rig) {
 }
 
 RigState rig_state(const PlacedViews& rig, const std::vector<Calibration>& own, RigLenses lenses) {
-  const std::vector<RigCamera>& cameras = rig.data.cameras;
+  const std::vector<RigCamera>& cameras = rig.data->cameras;
   RigState state;
-  state.num_instants = rig.data.instants.size();
+  state.num_instants = rig.data->instants.size();
   state.poses.camera_from_rig.resize(cameras.size());
   state.poses.rig_from_world.resize(state.num_instants);
   state.poses.world_from_board.resize(rig.num_boards);
-  set_times(rig.data, state);
+  set_times(*rig.data, state);
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     Bundle bundle = bundle_of(cameras[c].data, own[c], model_in_rig(own[c], lenses, state));
     const Lens lens = bundle.lens();

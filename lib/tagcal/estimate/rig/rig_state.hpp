@@ -24,12 +24,13 @@ struct ViewPlace {
 
 // The views of a rig, and their places, by camera and view.
 struct PlacedViews {
-  RigDataset data;
+  std::shared_ptr<const RigDataset> data;
   std::vector<std::vector<ViewPlace>> places;
   std::size_t num_boards = 1;  // whose places are unknown; 1: none
 };
 
-// The views as they are, in the world of the boards.
+// The views as they are, in the world of the boards. `data` is `rig` itself, which is kept as a
+// reference.
 PlacedViews views_of_world(const RigDataset& rig);
 // A view for each board that a picture shows, in that board's frame. The instants of `data` have
 // the first view of a picture.
