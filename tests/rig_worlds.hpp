@@ -27,8 +27,6 @@ struct RigWorldOptions {
   bool smooth = false;            // the board moves steadily from instant to instant
   double seen_share = 1;          // of the instants that a camera has a picture of
   std::vector<double> offset;     // by camera, in instants (smooth motion); empty: none
-  double wander = 0;  // standard deviation in instants of the cameras' clocks, which keep 0.8 of
-                      // their error from one instant to the next (smooth motion)
   // A camera that is somewhere else from the middle of the instants on. The truth is its place in
   // most of its views.
   int moved_camera = -1;
@@ -57,16 +55,6 @@ inline Lens random_rig_lens(int kind, Random& random) {
                   0.02, -0.01, 0.003, -0.0005});
 }
 
-// The error of a clock at each instant: a first-order process.
-inline std::vector<double> wandering_clock(const RigWorldOptions& options, Random& random) {
-  std::vector<double> error(static_cast<std::size_t>(options.num_instants), 0.0);
-  if (options.wander > 0)
-    for (std::size_t t = 0; t < error.size(); ++t)
-      error[t] = t == 0 ? options.wander * random.normal()
-                        : 0.8 * error[t - 1] + 0.6 * options.wander * random.normal();
-  return error;
-}
-
 inline RigDataset make_rig_world(std::uint64_t seed, const RigWorldOptions& options = {},
                                  const Board& board = usual_board()) {
   Random random(seed);
@@ -90,7 +78,6 @@ inline RigDataset make_rig_world(std::uint64_t seed, const RigWorldOptions& opti
     rig.truth->camera_from_rig.push_back(camera_from_rig);
     rig.truth->time_offset_s.push_back(0);
     const Pose moved = retract(camera_from_rig, random_step(random, 0.02, options.moved_m));
-    const std::vector<double> clock_error = wandering_clock(options, random);
     int num_moved = 0, num_still = 0;
     for (int t = 0; t < options.num_instants; ++t) {
       auto& instant = rig.instants[static_cast<std::size_t>(t)];
@@ -99,8 +86,7 @@ inline RigDataset make_rig_world(std::uint64_t seed, const RigWorldOptions& opti
       const bool other = options.shuffled && c + 1 == options.num_cameras;
       const int at = other ? (t * 7 + 3) % options.num_instants : t;
       const double offset =
-          (options.offset.empty() ? 0 : options.offset[static_cast<std::size_t>(c)]) +
-          clock_error[static_cast<std::size_t>(t)];
+          options.offset.empty() ? 0 : options.offset[static_cast<std::size_t>(c)];
       const bool is_moved = c == options.moved_camera && t >= options.num_instants / 2;
       const Pose& place = is_moved ? moved : camera_from_rig;
       View view = observe({lens, camera.data.image_size}, place * rig_from_world(at + offset),

@@ -106,28 +106,6 @@ struct TimedViews {
   }
 };
 
-// By how many views one piece of news is repeated: (1 + r) / (1 - r) with the correlation r >= 0 of
-// the remaining disagreements of neighbouring views (Bayley and Hammersley 1946, for a first-order
-// process). A board that moves steadily while the cameras are not synchronous, and a lens error
-// where it stays, disagree in the same way for several views; a camera that moved does not change
-// between the views of a side.
-double repetition(const TimedViews& views, std::size_t split, const VectorXd& first,
-                  const VectorXd& second) {
-  constexpr double kMostRepeated = 0.9;  // numeric: keeps a freedom of a few views
-  double products = 0, squares = 0;
-  Vector6d last;
-  for (std::size_t i = 0; i < views.all.size(); ++i) {
-    const Eigen::LLT<Eigen::Matrix<double, 6, 6>> llt(views.all[i].covariance);
-    const Vector6d rest =
-        llt.matrixL().solve(views.all[i].step + views.columns[i] * (i < split ? first : second));
-    squares += rest.squaredNorm();
-    if (i != 0 && i != split) products += rest.dot(last);
-    last = rest;
-  }
-  const double r = squares > 0 ? std::clamp(products / squares, 0.0, kMostRepeated) : 0;
-  return (1 + r) / (1 - r);
-}
-
 // A camera whose clock may be off, and the trajectory of others.
 struct ClockProblem {
   const RigState& state;
@@ -232,46 +210,36 @@ std::optional<ClockFit> fit_clock(const RigState& state, std::size_t camera,
 std::optional<CameraMove> camera_move(const RigState& state, std::size_t camera,
                                       const Trajectory& trajectory, const Connected& connected) {
   const Pose& place = state.poses.camera_from_rig[camera];
-  TimedViews views{
-      disagreements(state, camera, place, world_of_instants(state, camera, trajectory), connected),
-      {}};
-  std::vector<Disagreement>& all = views.all;
+  std::vector<Disagreement> all =
+      disagreements(state, camera, place, world_of_instants(state, camera, trajectory), connected);
   std::ranges::sort(all, {}, &Disagreement::instant);
   constexpr std::size_t kFewest = 3;  // numeric: on each side, so that the split has freedom
   if (all.size() < 2 * kFewest) return std::nullopt;
   std::vector<LinearFit> before(1, LinearFit(6));
   for (const Disagreement& d : all) {
     LinearFit sum = before.back();
-    views.columns.emplace_back(by_place(state, camera, d.view, place));
-    sum.add(d, views.columns.back());
+    sum.add(d, by_place(state, camera, d.view, place));
     before.push_back(sum);
   }
   const LinearFit& whole = before.back();
-  std::size_t split = 0;
-  double most = 0;
-  const auto after = [&](std::size_t i) {
-    LinearFit rest = whole;
-    rest.information -= before[i].information;
-    rest.gradient -= before[i].gradient;
-    return rest;
+  std::optional<CameraMove> best;
+  double most = policy::kOutlierSigmas;
+  for (std::size_t i = kFewest; i + kFewest <= all.size(); ++i) {
+    LinearFit after = whole;
+    after.information -= before[i].information;
+    after.gradient -= before[i].gradient;
+    const double gain = before[i].gain() + after.gain();
+    const double s = score(gain - whole.gain(), 6, whole.square - gain, whole.num_rows - 12);
+    if (s <= most) continue;
+    most = s;
+    best = CameraMove{camera, all[i].instant, after.solution() - before[i].solution(),
+                      (whole.square - gain) / (whole.num_rows - 12)};
+  }
+  const auto by_move = [&](std::size_t i) {
+    return Vector6d(by_place(state, camera, all[i].view, place) * best->step);
   };
-  for (std::size_t i = kFewest; i + kFewest <= all.size(); ++i)
-    if (const double gain = before[i].gain() + after(i).gain(); gain > most) {
-      most = gain;
-      split = i;
-    }
-  if (split == 0) return std::nullopt;
-  const VectorXd first = before[split].solution(), second = after(split).solution();
-  const double repeats = repetition(views, split, first, second);
-  const double rest = whole.square - most;
-  const int freedom = whole.num_rows - 12;
-  if (score((most - whole.gain()) / repeats, 6, rest, static_cast<int>(freedom / repeats)) <=
-      policy::kOutlierSigmas)
-    return std::nullopt;
-  const CameraMove move{camera, all[split].instant, second - first, rest / freedom};
-  const auto by_move = [&](std::size_t i) { return Vector6d(views.columns[i] * move.step); };
-  if (!is_visible(state, camera, all, by_move)) return std::nullopt;
-  return move;
+  if (best && !is_visible(state, camera, all, by_move)) best.reset();
+  return best;
 }
 
 std::optional<PlaceOfPair> place_of(std::span<const Disagreement> disagreements,
