@@ -23,7 +23,7 @@ set(rooms_estimate policy types findings fleet pose bundle calibration checks ri
 set(types_in_estimate types rig_types handeye_types check_types)
 set(findings_in_estimate findings)
 set(fleet_in_estimate fleet)
-set(rooms_detect types policy tag_fit opencv apriltag board_search checker_search circle_search mistakes facade)
+set(rooms_detect types policy tag_fit opencv apriltag board_search checker_search circle_search picture_search mistakes facade)
 set(types_in_detect types)
 set(tag_fit_in_detect refine)
 set(apriltag_in_detect families)

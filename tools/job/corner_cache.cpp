@@ -138,8 +138,10 @@ void CornerCache::read() {
     entries_[name] = {entry.at("content"), found_of(entry, name)};
 }
 
-std::optional<DetectedPicture> CornerCache::find(const std::string& name, const fs::path& picture) {
+std::optional<DetectedPicture> CornerCache::find(const std::string& name, const fs::path& picture,
+                                                 const std::string& others) {
   std::string content = digest_of_file(picture);
+  if (!content.empty() && !others.empty()) content += " after " + digest_of(others);
   const std::lock_guard lock(mutex_);
   Entry& entry = entries_[name];
   if (!content.empty() && entry.content == content && entry.found) {
@@ -152,7 +154,9 @@ std::optional<DetectedPicture> CornerCache::find(const std::string& name, const 
 
 void CornerCache::keep(const std::string& name, const DetectedPicture& found) {
   const std::lock_guard lock(mutex_);
-  entries_[name].found = found;
+  Entry& entry = entries_[name];
+  if (entry.found) --num_reused_;  // it is known, but a frame before it is not
+  entry.found = found;
   changed_ = true;
 }
 

@@ -22,9 +22,10 @@ class CornerCache {
   CornerCache(std::filesystem::path file, const std::vector<PlacedBoard>& boards,
               const DetectOptions& options);
 
-  // Both may be called from several threads.
-  std::optional<DetectedPicture> find(const std::string& name,
-                                      const std::filesystem::path& picture);
+  // Both may be called from several threads. `others`: what the corners depend on beside the
+  // picture, the frames of a sequence before it.
+  std::optional<DetectedPicture> find(const std::string& name, const std::filesystem::path& picture,
+                                      const std::string& others = {});
   void keep(const std::string& name, const DetectedPicture& found);
 
   int num_reused() const { return num_reused_; }

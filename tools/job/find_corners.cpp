@@ -18,10 +18,17 @@
 namespace tagcal::tools {
 namespace {
 
+// The frames by which a frame was followed: with others its corners differ by what fits leave.
+std::string names_between(const Input& input, std::size_t first, std::size_t end) {
+  std::string names;
+  for (std::size_t i = first; i < end; ++i) names += input.images[i].name + "\n";
+  return names;
+}
+
 EarlierResults earlier_results(const Input& input, std::optional<CornerCache>& cache) {
-  return {[&](std::size_t i) {
+  return {[&](std::size_t i, std::size_t first) {
             const std::string& name = input.images[i].name;
-            return cache->find(name, input.files.at(name));
+            return cache->find(name, input.files.at(name), names_between(input, first, i));
           },
           [&](std::size_t i, const DetectedPicture& found) {
             cache->keep(input.images[i].name, found);

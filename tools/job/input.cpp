@@ -45,12 +45,16 @@ void set_times(Input& input) {
 void set_images(const std::vector<fs::path>& files, Input& input) {
   std::map<std::string, int> uses;
   for (const fs::path& file : files) ++uses[picture_name(file)];
+  std::optional<SequenceFrame> before;
   for (const fs::path& file : files) {
     std::string name = picture_name(file);
     if (uses[name] > 1) name = file.string();
     if (!is_image_name(name))
       throw Error(fmt::format("{}: the name of a picture must be one line", file.string()));
-    input.images.push_back({name, [file] { return read_image(file); }});
+    auto frame = frame_of(file);
+    const bool follows = frame && before && frame->sequence == before->sequence;
+    before = std::move(frame);
+    input.images.push_back({name, [file] { return read_image(file); }, follows});
     input.files[name] = file;
   }
   set_times(input);

@@ -22,6 +22,7 @@ study::Study model_confusion_study();
 study::Study reproject_speed_study();
 study::Study rigs_study();
 study::Study single_views_study();
+study::Study tracking_study();
 study::Study visibility_study();
 study::Study warnings_study();
 

@@ -116,7 +116,7 @@ std::vector<DetectedPicture> WatchedPictures::detect(const std::vector<Search>& 
                       }});
   EarlierResults earlier;
   if (cache_) {
-    earlier.find = [&](std::size_t i) {
+    earlier.find = [&](std::size_t i, std::size_t) {
       return cache_->find(pictures[i].name, folder_ / pictures[i].name);
     };
     earlier.keep = [&](std::size_t i, const DetectedPicture& found) {

@@ -1,16 +1,13 @@
 #include "tagcal/detect/detector.hpp"
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
 #include <algorithm>
+#include <mutex>
 #include <tuple>
+#include <utility>
 
 #include "tagcal/detect/board_search/corner_error.hpp"
-#include "tagcal/detect/board_search/tag_count.hpp"
-#include "tagcal/detect/board_search/tag_search.hpp"
-#include "tagcal/detect/checker_search/checker_finder.hpp"
-#include "tagcal/detect/circle_search/circle_finder.hpp"
+#include "tagcal/detect/picture_search/loads_in_order.hpp"
+#include "tagcal/detect/picture_search/picture_search.hpp"
 #include "tagcal/detect/tag_fit/image_filters.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/internal/parallel.hpp"
@@ -18,108 +15,6 @@
 namespace tagcal {
 using namespace internal;
 namespace {
-
-// The searches for boards of one thread.
-class BoardWorker {
- public:
-  BoardWorker(const std::vector<PlacedBoard>& boards, const DetectOptions& options)
-      : camera_(options.camera),
-        searches_(tag_searches(boards, options)),
-        checkers_(boards, options),
-        circles_(boards, options) {}
-
-  DetectedPicture find(const ImageView8& image, const std::string& name) {
-    check_size(camera_, image.size(), name);
-    DetectedPicture found;
-    found.view.image = name;
-    found.size = image.size();
-    if (std::min(image.width(), image.height()) < kMinPictureSidePx) {
-      found.warnings.push_back(fmt::format("{}: smaller than {}x{} pixels, was not searched", name,
-                                           kMinPictureSidePx, kMinPictureSidePx));
-      return found;
-    }
-    const PictureWithoutMosaic picture(image);
-    if (picture.gain > 1)
-      found.warnings.push_back(fmt::format(
-          "{}: is a raw mosaic (levels of even and odd pixels differ by a factor of {:.1f}): their "
-          "levels were made equal",
-          name, picture.gain));
-    search(picture.pixels, name, found);
-    return found;
-  }
-
- private:
-  void search(const ImageView8& image, const std::string& name, DetectedPicture& found) {
-    if (!searches_.empty() && std::max(image.width(), image.height()) > kMaxPictureSidePx)
-      found.warnings.push_back(
-          fmt::format("{}: wider or higher than {} pixels, is not searched "
-                      "for tags at its full size",
-                      name, kMaxPictureSidePx));
-    TagCount count;
-    for (TagSearch& search : searches_) {
-      const SeenTags seen = search.find(image);
-      warn_of(seen, search.wanted().family, name, found.warnings);
-      for (const Completion& completion : seen.completions) {
-        for (const FoundTag& tag : completion.tags) add_corners(tag, found.view);
-        count.add(image, completion, search.family());
-        for (const MissingTag& tag : completion.missing)
-          if (tag.why == WhyNot::no_fit && tag.expected)
-            found.unfitted.push_back({tag.id, *tag.expected});
-      }
-    }
-    found.num_sure = count.sure;
-    found.num_unread = count.unread;
-    add_checkers(image, name, found);
-    add_circles(image, name, found);
-    std::sort(found.view.observations.begin(), found.view.observations.end(),
-              [](const Observation& a, const Observation& b) { return a.id < b.id; });
-    if (found.view.observations.empty() && !searches_.empty())
-      found.warnings.push_back(name + ": no tag of the boards found");
-  }
-
-  static void warn_of(const SeenTags& seen, const std::string& family, const std::string& name,
-                      std::vector<std::string>& warnings) {
-    if (!seen.strange.empty()) {
-      warnings.push_back(fmt::format("{}: {} tags on no board are not reported: {}", name, family,
-                                     fmt::join(seen.strange, ", ")));
-    }
-    if (!seen.repeated.empty()) {
-      warnings.push_back(fmt::format("{}: {} tags seen more than once are not reported: {}", name,
-                                     family, fmt::join(seen.repeated, ", ")));
-    }
-  }
-
-  void add_checkers(const ImageView8& image, const std::string& name, DetectedPicture& found) {
-    std::vector<Observation>& corners = found.view.observations;
-    const std::vector<SeenChecker> seen = checkers_.find(image);
-    for (std::size_t i = 0; i < seen.size(); ++i) {
-      corners.insert(corners.end(), seen[i].corners.begin(), seen[i].corners.end());
-      if (seen[i].answer == CheckerAnswer::found) continue;
-      found.warnings.push_back(name + ": " + why_not_text(seen[i], *checkers_.boards()[i]));
-    }
-  }
-
-  void add_circles(const ImageView8& image, const std::string& name, DetectedPicture& found) const {
-    std::vector<Observation>& corners = found.view.observations;
-    for (const SeenCircles& seen : circles_.find(image)) {
-      corners.insert(corners.end(), seen.centres.begin(), seen.centres.end());
-      if (!seen.why_not.empty()) found.warnings.push_back(name + ": " + seen.why_not);
-    }
-  }
-
-  static void add_corners(const FoundTag& tag, View& view) {
-    for (int i = 0; i < 4; ++i) {
-      Observation seen{{tag.id, i}, tag.corners[static_cast<std::size_t>(i)], {}};
-      if (tag.fitted) seen.covariance_px2 = tag.covariance_px2.block<2, 2>(2 * i, 2 * i);
-      view.observations.push_back(seen);
-    }
-  }
-
-  const Camera* camera_;
-  std::vector<TagSearch> searches_;
-  CheckerFinder checkers_;
-  CircleFinder circles_;
-};
 
 // The search for all tags of a family of one thread.
 class TagWorker {
@@ -147,21 +42,6 @@ class TagWorker {
   TagSearch search_;
 };
 
-// The answer of a worker, or the reason why the picture cannot be loaded.
-template <typename Worker>
-auto find_in(Worker& worker, const ImageSource& source, const DetectOptions& options) {
-  Image8 image;
-  try {
-    image = source.load();
-  } catch (const Error& error) {
-    if (!options.skip_unreadable) throw;
-    decltype(worker.find(image, source.name)) none;
-    none.unreadable = error.what();
-    return none;
-  }
-  return worker.find(image, source.name);
-}
-
 // Calls work(worker, i) for each of n pictures. Workers are created before any thread starts: an
 // unknown family throws here, and AprilTag's families must be created by one thread.
 template <typename Worker, typename Target, typename Work>
@@ -173,21 +53,111 @@ void for_each_picture(std::size_t n, const Target& target, const DetectOptions& 
   parallel_for(n, workers, work, progress);
 }
 
-DetectedPicture find_or_reuse(BoardWorker& worker, std::size_t i, const ImageSource& source,
-                              const DetectOptions& options) {
-  if (options.earlier)
-    if (auto found = options.earlier->find(i)) return std::move(*found);
-  DetectedPicture found = find_in(worker, source, options);
-  found.view.image = source.name;
-  if (options.earlier && found.unreadable.empty()) options.earlier->keep(i, found);
-  return found;
+// Frames of a sequence that are found one after the other by one thread: the first is searched, so
+// that a tag which appears is found soon, and frames are not all of one thread.
+constexpr std::size_t kFollowedFrames = 20;
+
+// Pictures [first, end). Several are loaded at once, in the order of their turns.
+struct PictureRange {
+  std::size_t first, end;
+  std::size_t turn = 0;
+
+  bool is_one() const { return end == first + 1; }
+};
+
+std::vector<PictureRange> followed_ranges(const std::vector<ImageSource>& images) {
+  std::vector<PictureRange> ranges;
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    if (images[i].follows && i > 0 && i - ranges.back().first < kFollowedFrames)
+      ranges.back().end = i + 1;
+    else
+      ranges.push_back({i, i + 1});
+  }
+  std::size_t turn = 0;
+  for (PictureRange& range : ranges)
+    if (!range.is_one()) range.turn = turn++;
+  return ranges;
 }
+
+// Finds the boards in the pictures, range after range.
+class BatchSearch {
+ public:
+  BatchSearch(const std::vector<ImageSource>& images, const DetectOptions& options,
+              const std::function<void(int, int)>& progress)
+      : images_(images), options_(options), progress_(progress), pictures_(images.size()) {}
+
+  // For each range, in their order.
+  void find(PictureSearch& search, const PictureRange& range) {
+    std::optional<LoadsInOrder::Turn> turn;
+    if (!range.is_one()) turn.emplace(loads_, range.turn);
+    if (reuse(range)) return;
+    const auto load = [&] {
+      std::vector<LoadedPicture> loaded;
+      for (std::size_t i = range.first; i < range.end; ++i)
+        loaded.push_back(load_picture(images_[i], options_.skip_unreadable));
+      return loaded;
+    };
+    find(search, range, turn ? turn->load(load) : load());
+  }
+
+  std::vector<DetectedPicture> take() { return std::move(pictures_); }
+
+ private:
+  void find(PictureSearch& search, const PictureRange& range,
+            const std::vector<LoadedPicture>& loaded) {
+    bool has_before = false;
+    for (std::size_t k = 0; k < loaded.size(); ++k) {
+      const std::size_t i = range.first + k;
+      const std::string& name = images_[i].name;
+      const LoadedPicture& picture = loaded[k];
+      pictures_[i] = DetectedPicture();
+      pictures_[i].unreadable = picture.unreadable;
+      if (picture.unreadable.empty())
+        pictures_[i] =
+            has_before ? search.find_next(picture.image, name) : search.find(picture.image, name);
+      has_before = picture.unreadable.empty();
+      pictures_[i].view.image = name;
+      if (options_.earlier && has_before) options_.earlier->keep(i, pictures_[i]);
+      count_one();
+    }
+  }
+
+  // Takes all pictures of a range from an earlier run: one that is found anew is the start of the
+  // next.
+  bool reuse(const PictureRange& range) {
+    if (!options_.earlier) return false;
+    bool is_known = true;
+    for (std::size_t i = range.first; i < range.end; ++i) {
+      auto found = options_.earlier->find(i, range.first);
+      is_known = is_known && found;
+      if (!found) continue;
+      pictures_[i] = std::move(*found);
+      pictures_[i].view.image = images_[i].name;
+    }
+    for (std::size_t i = range.first; i < range.end && is_known; ++i) count_one();
+    return is_known;
+  }
+
+  void count_one() {
+    const std::lock_guard lock(mutex_);
+    ++num_done_;
+    if (progress_) progress_(num_done_, static_cast<int>(images_.size()));
+  }
+
+  const std::vector<ImageSource>& images_;
+  const DetectOptions& options_;
+  const std::function<void(int, int)>& progress_;
+  std::vector<DetectedPicture> pictures_;
+  LoadsInOrder loads_;
+  std::mutex mutex_;
+  int num_done_ = 0;
+};
 
 }  // namespace
 
 DetectedPicture detect(const ImageView8& image, const std::vector<PlacedBoard>& boards,
                        const DetectOptions& options, const std::string& name) {
-  DetectedPicture found = BoardWorker(boards, options).find(image, name);
+  DetectedPicture found = PictureSearch(boards, options).find(image, name);
   found.corner_error_px = add_corner_error({{&found.view, found.size}}, boards);
   return found;
 }
@@ -196,17 +166,44 @@ std::vector<DetectedPicture> detect_all(const std::vector<ImageSource>& images,
                                         const std::vector<PlacedBoard>& boards,
                                         const DetectOptions& options,
                                         const std::function<void(int, int)>& progress) {
-  std::vector<DetectedPicture> pictures(images.size());
-  const auto work = [&](BoardWorker& worker, std::size_t i) {
-    pictures[i] = find_or_reuse(worker, i, images[i], options);
-  };
-  for_each_picture<BoardWorker>(images.size(), boards, options, work, progress);
+  BatchSearch batch(images, options, progress);
+  const std::vector<PictureRange> ranges = followed_ranges(images);
+  const auto work = [&](PictureSearch& search, std::size_t i) { batch.find(search, ranges[i]); };
+  for_each_picture<PictureSearch>(ranges.size(), boards, options, work, {});
+  std::vector<DetectedPicture> pictures = batch.take();
   std::vector<ViewOfSize> views;
   for (DetectedPicture& picture : pictures) views.push_back({&picture.view, picture.size});
   const double error = add_corner_error(views, boards);
   for (DetectedPicture& picture : pictures) picture.corner_error_px = error;
   return pictures;
 }
+
+struct BoardTracker::State {
+  std::vector<PlacedBoard> boards;
+  PictureSearch search;
+  double corner_error_px = 0;  // of the last picture that was searched
+
+  State(std::vector<PlacedBoard> some, const DetectOptions& options)
+      : boards(std::move(some)), search(boards, options) {}
+};
+
+BoardTracker::BoardTracker(std::vector<PlacedBoard> boards, const DetectOptions& options)
+    : state_(std::make_unique<State>(std::move(boards), options)) {}
+BoardTracker::~BoardTracker() = default;
+BoardTracker::BoardTracker(BoardTracker&&) noexcept = default;
+BoardTracker& BoardTracker::operator=(BoardTracker&&) noexcept = default;
+
+DetectedPicture BoardTracker::next(const ImageView8& image, const std::string& name) {
+  DetectedPicture found = state_->search.find_next(image, name);
+  if (has_followed())
+    widen_covariances(found.view, state_->corner_error_px);
+  else
+    state_->corner_error_px = add_corner_error({{&found.view, found.size}}, state_->boards);
+  found.corner_error_px = state_->corner_error_px;
+  return found;
+}
+
+bool BoardTracker::has_followed() const { return state_->search.has_followed(); }
 
 std::vector<View> views_of(const std::vector<DetectedPicture>& pictures) {
   std::vector<View> views;
@@ -224,7 +221,9 @@ std::vector<PictureTags> detect_all_tags(const std::vector<ImageSource>& images,
                                          const std::function<void(int, int)>& progress) {
   std::vector<PictureTags> tags(images.size());
   const auto work = [&](TagWorker& worker, std::size_t i) {
-    tags[i] = find_in(worker, images[i], options);
+    const LoadedPicture picture = load_picture(images[i], options.skip_unreadable);
+    if (picture.unreadable.empty()) tags[i] = worker.find(picture.image, images[i].name);
+    tags[i].unreadable = picture.unreadable;
   };
   for_each_picture<TagWorker>(images.size(), kind, options, work, progress);
   return tags;

@@ -61,7 +61,8 @@ struct TargetMistake {
 // Results that a program kept from an earlier run on the same pictures, with the same boards and
 // options. The functions are called from worker threads, with the picture's index.
 struct EarlierResults {
-  std::function<std::optional<DetectedPicture>(std::size_t)> find;
+  // `first`: the picture from which on its sequence was followed (ImageSource::follows).
+  std::function<std::optional<DetectedPicture>(std::size_t picture, std::size_t first)> find;
   std::function<void(std::size_t, const DetectedPicture&)> keep;  // one that was not found
 };
 
@@ -95,6 +96,9 @@ struct PictureTags {
 struct ImageSource {
   std::string name;
   std::function<Image8()> load;
+  // It shows what the source before it shows, a moment later: the next frame of a sequence. The
+  // board is then looked for where it was (BoardTracker).
+  bool follows = false;
 };
 
 // The print on and around a tag, as a grid of black and white cells. Unit of the tag's plane: the
@@ -112,6 +116,9 @@ struct TagSurroundings {
   bool corner_squares = false;  // Kalibr's: black squares `gap` wide touch the corners (of unknown
                                 // width if the gap is 0)
 };
+
+// The parameters of a tag's fit beside its corners: blur, grey levels, shifts of borders and bends.
+using TagFitRest = std::array<double, 19>;
 
 enum class TagFitStatus {
   converged,
@@ -144,6 +151,9 @@ struct TagFitOptions {
   // The start of a corner and of its neighbourhood is good to a quarter of a pixel, by earlier
   // fits: stages that lead there are left out.
   bool is_near = false;
+  // Of this tag's fit in the picture before: the fit begins with it, and the start of the corners
+  // is good to half a pixel. It must outlive the call.
+  const TagFitRest* rest = nullptr;
   // Prior standard deviation of the shift of borders between black and white, px: by ink that
   // spreads, and by bloom of bright paper, each. Corners are reported without the shift. Zero: no
   // shift.
@@ -171,6 +181,7 @@ struct TagFit : PatternFit {
   // part that is constant on the tag (ink). A tag that faces the camera determines only their sum.
   Eigen::Vector2d shift_px = Eigen::Vector2d::Zero();
   int iterations = 0;
+  TagFitRest rest{};
   // Strongly bent: a camera, even a rough one, would improve the corners.
   bool is_by_corner = false;
 };

@@ -162,6 +162,20 @@ std::optional<FoundTag> FamilyDetector::refined(const ImageView8& image, int id,
   return tag;
 }
 
+std::optional<FoundTag> FamilyDetector::refined_again(const ImageView8& image,
+                                                      const FoundTag& before,
+                                                      const Quad& start) const {
+  FoundTag tag{before.id, start, false};
+  const TagFitOptions options{.camera = camera_,
+                              .lens_follows = true,
+                              .rest = before.rest ? &*before.rest : nullptr,
+                              .gamma = gamma_};
+  // A tag that has become too bent for a fit as a whole is fitted as one that is new.
+  if (before.rest && is_inside(start, image.size(), 0) && fit(tag, image, options) && tag.rest)
+    return tag;
+  return refined(image, before.id, start);
+}
+
 bool FamilyDetector::fit(FoundTag& tag, const ImageView8& image, bool lens_follows) const {
   return (camera_ && fit(tag, image, {.camera = camera_, .gamma = gamma_})) ||
          fit(tag, image, {.lens_follows = lens_follows, .gamma = gamma_});
@@ -203,7 +217,9 @@ bool FamilyDetector::fit(FoundTag& tag, const ImageView8& image,
   tag.refined = true;
   tag.by_corner = fit->is_by_corner;
   tag.rough_camera.reset();
+  tag.rest.reset();
   if (options.is_rough) tag.rough_camera = *options.camera;
+  if (tag.fitted && !tag.by_corner && !options.is_rough) tag.rest = fit->rest;
   return true;
 }
 

@@ -36,6 +36,7 @@ struct FoundTag {
   bool by_corner = false;              // fitted corner by corner, or approximate: to be fitted
   std::optional<Camera> rough_camera;  // the camera of the fit, if it had one and bends
   Eigen::Matrix<double, 8, 8> covariance_px2 = Eigen::Matrix<double, 8, 8>::Zero();
+  std::optional<TagFitRest> rest;  // of a fit as a whole, without a rough camera
 };
 
 // True if all of a tag lies in the picture. A tag near the edge that was not fitted as a whole may
@@ -80,10 +81,15 @@ class FamilyDetector {
   std::optional<FoundTag> refined(const ImageView8& image, int id, const Quad& start,
                                   bool lens_follows = true) const;
 
+  // The same for a tag of the picture before, at its predicted place in this one.
+  std::optional<FoundTag> refined_again(const ImageView8& image, const FoundTag& before,
+                                        const Quad& start) const;
+
   // Estimates the gamma of a picture from its tags and fits these again with it. Later fits use it
   // too, until the next call or forget_gamma(). Returns false if gamma is 1: nothing was fitted.
   bool find_gamma(const ImageView8& image, const std::vector<FoundTag*>& tags);
-  void forget_gamma() { gamma_ = 1; }
+  double gamma() const { return gamma_; }
+  void set_gamma(double gamma) { gamma_ = gamma; }
 
   // Fits a tag under a roughly known lens, from its present corners (good to 2 px). If the fit
   // fails, returns false and leaves the tag unchanged.

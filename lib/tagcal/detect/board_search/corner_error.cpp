@@ -131,6 +131,11 @@ double variance_beyond(std::span<const Scatter> scatters) {
 
 }  // namespace
 
+void widen_covariances(View& view, double error_px) {
+  for (Observation& seen : view.observations)
+    if (seen.covariance_px2) seen.covariance_px2->diagonal().array() += error_px * error_px;
+}
+
 double add_corner_error(const std::vector<ViewOfSize>& views,
                         const std::vector<PlacedBoard>& boards) {
   std::vector<Scatter> scatters;
@@ -147,10 +152,9 @@ double add_corner_error(const std::vector<ViewOfSize>& views,
     }
   }
   const double variance = scatters.empty() ? 0 : variance_beyond(scatters);
-  for (const ViewOfSize& one : views)
-    for (Observation& seen : one.view->observations)
-      if (seen.covariance_px2) seen.covariance_px2->diagonal().array() += variance;
-  return std::sqrt(variance);
+  const double error = std::sqrt(variance);
+  for (const ViewOfSize& one : views) widen_covariances(*one.view, error);
+  return error;
 }
 
 }  // namespace tagcal::internal

@@ -22,4 +22,7 @@ struct ViewOfSize {
 double add_corner_error(const std::vector<ViewOfSize>& views,
                         const std::vector<PlacedBoard>& boards);
 
+// Adds an error of corners, px, to the covariances of a view.
+void widen_covariances(View& view, double error_px);
+
 }  // namespace tagcal::internal

@@ -10,10 +10,12 @@
 
 #include "tagcal/detect/board_search/board_patterns.hpp"
 #include "tagcal/detect/board_search/fit_under_lens.hpp"
+#include "tagcal/detect/board_search/tag_follower.hpp"
 #include "tagcal/detect/families.hpp"
 #include "tagcal/detect/policy/policy.hpp"
 #include "tagcal/detect/tag_fit/quad.hpp"
 #include "tagcal/scene/print/printed_tag.hpp"
+#include "tagcal/scene/surfaces.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -59,6 +61,14 @@ void drop_unfitted(Completion& completion) {
     if (!tag.fitted) completion.missing.push_back({tag.id, WhyNot::no_fit, tag.corners});
   std::erase_if(completion.tags, [](const FoundTag& tag) { return !tag.fitted; });
   std::ranges::sort(completion.missing, {}, &MissingTag::id);
+}
+
+// True if a tag of the picture before is missing in the next one, and not because it has left it.
+bool has_lost(const Completion& before, const Completion& now) {
+  return std::ranges::any_of(now.missing, [&](const MissingTag& missing) {
+    return missing.why != WhyNot::outside &&
+           std::ranges::binary_search(before.tags, missing.id, {}, &FoundTag::id);
+  });
 }
 
 // True if there is no tag of the family at all.
@@ -142,20 +152,27 @@ void TagSearch::search(const ImageView8& image, const Search& where, SeenTags& s
   complete(image, unique_tags(tags, seen), seen);
 }
 
-void TagSearch::fit(const ImageView8& image, SeenTags& seen) {
+void TagSearch::fit_bent(const ImageView8& image, SeenTags& seen) const {
+  for (FoundTag& tag : seen.tags)
+    if (!tag.fitted) tag = detector_.refined(image, tag.id, tag.corners, false).value_or(tag);
+  for (std::size_t i = 0; i < boards_.size(); ++i)
+    fit_under_lens(image, *boards_[i], detector_, seen.completions[i]);
+}
+
+// Fits the tags again if gamma is not 1.
+void TagSearch::fit_with_gamma(const ImageView8& image, SeenTags& seen) {
   std::vector<FoundTag*> tags;
   for (FoundTag& tag : seen.tags) tags.push_back(&tag);
   for (Completion& completion : seen.completions)
     for (FoundTag& tag : completion.tags) tags.push_back(&tag);
-  const auto fit_bent = [&] {
-    for (FoundTag& tag : seen.tags)
-      if (!tag.fitted) tag = detector_.refined(image, tag.id, tag.corners, false).value_or(tag);
-    for (std::size_t i = 0; i < boards_.size(); ++i)
-      fit_under_lens(image, *boards_[i], detector_, seen.completions[i]);
-  };
-  fit_bent();
-  if (detector_.find_gamma(image, tags)) fit_bent();
-  detector_.forget_gamma();
+  if (detector_.find_gamma(image, tags)) fit_bent(image, seen);
+}
+
+void TagSearch::fit(const ImageView8& image, SeenTags& seen) {
+  fit_bent(image, seen);
+  fit_with_gamma(image, seen);
+  seen.gamma = detector_.gamma();
+  detector_.set_gamma(1);
   std::erase_if(seen.tags, [](const FoundTag& tag) { return !tag.fitted; });
   for (Completion& completion : seen.completions) drop_unfitted(completion);
 }
@@ -186,6 +203,48 @@ void TagSearch::complete(const ImageView8& image, const std::vector<FoundTag>& t
   seen.completions.clear();
   for (const Board* board : boards_)
     seen.completions.push_back(complete_board(image, *board, family_, tags, rules));
+}
+
+std::optional<std::vector<FoundTag>> TagSearch::followed_tags(const ImageView8& image,
+                                                              const SeenTags& before,
+                                                              const PictureShift& shift) const {
+  std::vector<FoundTag> tags;
+  for (std::size_t i = 0; i < boards_.size(); ++i) {
+    std::map<int, const FoundTag*> of_board;
+    for (const FoundTag& tag : before.completions[i].tags) of_board.emplace(tag.id, &tag);
+    TagFollower follower(image, detector_, family_, cell_surroundings(*boards_[i], family_));
+    for (const BoardPanel& panel : board_panels(*boards_[i], 0)) {
+      std::vector<const FoundTag*> of_panel;
+      for (const Tag& tag : panel.tags)
+        if (const auto seen = of_board.find(tag.id); seen != of_board.end())
+          of_panel.push_back(seen->second);
+      if (of_panel.empty() || !follower.follow(of_panel, shift, tags)) return std::nullopt;
+    }
+  }
+  return tags;
+}
+
+std::optional<SeenTags> TagSearch::follow(const ImageView8& image, const SeenTags& before,
+                                          const PictureShift& shift) {
+  if (boards_.empty() || !before.strange.empty() || !before.repeated.empty()) return std::nullopt;
+  detector_.set_gamma(before.gamma);
+  SeenTags seen;
+  seen.gamma = before.gamma;
+  const auto tags = followed_tags(image, before, shift);
+  if (tags) {
+    complete(image, *tags, seen);
+    if (options_.refinement == Refinement::fit) {
+      fit_bent(image, seen);
+      if (before.gamma != 1) fit_with_gamma(image, seen);
+      seen.gamma = detector_.gamma();
+      for (Completion& completion : seen.completions) drop_unfitted(completion);
+    }
+  }
+  detector_.set_gamma(1);
+  if (!tags) return std::nullopt;
+  for (std::size_t i = 0; i < boards_.size(); ++i)
+    if (has_lost(before.completions[i], seen.completions[i])) return std::nullopt;
+  return seen;
 }
 
 std::vector<TagSearch> tag_searches(const std::vector<PlacedBoard>& boards,

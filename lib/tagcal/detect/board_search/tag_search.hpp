@@ -1,10 +1,12 @@
 #pragma once
 
+#include <optional>
 #include <set>
 #include <vector>
 
 #include "tagcal/detect/apriltag/family_detector.hpp"
 #include "tagcal/detect/board_search/complete_board.hpp"
+#include "tagcal/detect/opencv/picture_shift.hpp"
 #include "tagcal/detect/types.hpp"
 
 // Private to detect.
@@ -16,6 +18,7 @@ struct SeenTags {
   std::vector<Completion> completions;  // for each board
   std::set<int> strange;                // ids of the family that are on no board
   std::set<int> repeated;               // ids seen at more than one place, which are not reported
+  double gamma = 1;                     // of the picture, where tags are fitted
 };
 
 // Finds the tags of one family and border: those of boards, or all of them. Halved pictures are
@@ -37,6 +40,12 @@ class TagSearch {
 
   SeenTags find(const ImageView8& image);
 
+  // The boards' tags of the next picture of a sequence, where those of the picture before lead. No
+  // value if a tag is lost, or if the picture before did not show every panel of the boards: then
+  // the picture is to be searched. A gamma of 1 is not estimated again.
+  std::optional<SeenTags> follow(const ImageView8& image, const SeenTags& before,
+                                 const PictureShift& shift);
+
  private:
   TagSearch(const Wanted& wanted, std::vector<const Board*> boards, const DetectOptions& options);
   void search_scales(const ImageView8& image, SeenTags& seen);
@@ -44,6 +53,11 @@ class TagSearch {
   std::vector<FoundTag> unique_tags(const std::vector<FoundTag>& tags, SeenTags& seen) const;
   void complete(const ImageView8& image, const std::vector<FoundTag>& tags, SeenTags& seen);
   void fit(const ImageView8& image, SeenTags& seen);
+  void fit_bent(const ImageView8& image, SeenTags& seen) const;
+  void fit_with_gamma(const ImageView8& image, SeenTags& seen);
+  std::optional<std::vector<FoundTag>> followed_tags(const ImageView8& image,
+                                                     const SeenTags& before,
+                                                     const PictureShift& shift) const;
 
   std::vector<const Board*> boards_;  // none: every tag is wanted
   DetectOptions options_;

@@ -186,4 +186,29 @@ bool CheckerFitter::drop_outliers(CheckerCorners& corners) const {
   return true;
 }
 
+bool is_verified(const CheckerCorners& corners, const CheckerPrint& print) {
+  const int columns = print.columns(), rows = print.rows();
+  const auto count = [&](const auto& test) {
+    return static_cast<double>(
+        std::ranges::count_if(corners, [&](const auto& corner) { return test(corner.first); }));
+  };
+  const double column = policy::kMinLineShare * rows;
+  const double row = policy::kMinLineShare * columns;
+  return 2 * static_cast<int>(corners.size()) > columns * rows &&
+         count([](const CheckerCell& c) { return c.first == 0; }) >= column &&
+         count([&](const CheckerCell& c) { return c.first == columns - 1; }) >= column &&
+         count([](const CheckerCell& c) { return c.second == 0; }) >= row &&
+         count([&](const CheckerCell& c) { return c.second == rows - 1; }) >= row;
+}
+
+std::vector<Observation> observations_of(const CheckerCorners& corners, const Checkerboard& board) {
+  std::vector<Observation> result;
+  for (const auto& [cell, corner] : corners)
+    result.push_back({{board.first_id + cell.second * board.columns + cell.first, 0},
+                      corner.at,
+                      corner.covariance_px2});
+  std::ranges::sort(result, {}, &Observation::id);
+  return result;
+}
+
 }  // namespace tagcal::internal

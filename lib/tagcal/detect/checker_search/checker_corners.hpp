@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tagcal/detect/checker_search/checker_print.hpp"
+#include "tagcal/scene/dataset.hpp"
 
 // Private to detect: the corners of one checkerboard in one picture.
 namespace tagcal::internal {
@@ -51,5 +52,10 @@ class CheckerFitter {
   const CheckerPrint& print_;
   const Camera* camera_;
 };
+
+// True if most corners were fitted, and enough of each outermost line.
+bool is_verified(const CheckerCorners& corners, const CheckerPrint& print);
+
+std::vector<Observation> observations_of(const CheckerCorners& corners, const Checkerboard& board);
 
 }  // namespace tagcal::internal

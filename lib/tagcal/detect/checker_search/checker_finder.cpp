@@ -37,22 +37,6 @@ void trim(JunctionGrid& grid) {
   }
 }
 
-// True if most corners were fitted, and enough of each outermost line.
-bool is_verified(const CheckerCorners& corners, const CheckerPrint& print) {
-  const int columns = print.columns(), rows = print.rows();
-  const auto count = [&](const auto& test) {
-    return static_cast<double>(
-        std::ranges::count_if(corners, [&](const auto& corner) { return test(corner.first); }));
-  };
-  const double column = policy::kMinLineShare * rows;
-  const double row = policy::kMinLineShare * columns;
-  return 2 * static_cast<int>(corners.size()) > columns * rows &&
-         count([](const CheckerCell& c) { return c.first == 0; }) >= column &&
-         count([&](const CheckerCell& c) { return c.first == columns - 1; }) >= column &&
-         count([](const CheckerCell& c) { return c.second == 0; }) >= row &&
-         count([&](const CheckerCell& c) { return c.second == rows - 1; }) >= row;
-}
-
 // The grids of the junctions of a picture halved as often as given, in its own pixels.
 std::vector<JunctionGrid> grids_of(const std::vector<Junction>& junctions, int halvings,
                                    bool follows_lines) {
@@ -97,16 +81,6 @@ bool continues(const JunctionGrid& larger, const JunctionGrid& grid) {
 
 bool is_final(const SeenChecker& seen) {
   return seen.answer == CheckerAnswer::found || seen.answer == CheckerAnswer::seen_twice;
-}
-
-std::vector<Observation> observations_of(const CheckerCorners& corners, const Checkerboard& board) {
-  std::vector<Observation> result;
-  for (const auto& [cell, corner] : corners)
-    result.push_back({{board.first_id + cell.second * board.columns + cell.first, 0},
-                      corner.at,
-                      corner.covariance_px2});
-  std::ranges::sort(result, {}, &Observation::id);
-  return result;
 }
 
 std::string other_grid_text(const std::string& name, const CheckerCell& size,
@@ -216,8 +190,9 @@ const JunctionGrid* CheckerFinder::larger_grid(const JunctionGrid& grid,
   return nullptr;
 }
 
-std::optional<CheckerCorners> CheckerFinder::fitted(const ImageView8& image, const Target& target,
-                                                    const JunctionGrid& grid) const {
+std::optional<CheckerFinder::Fitted> CheckerFinder::fitted(const ImageView8& image,
+                                                           const Target& target,
+                                                           const JunctionGrid& grid) const {
   CheckerPrint print = target.print;
   const auto numbering = numbering_of(grid, print);
   if (!numbering) return std::nullopt;
@@ -233,7 +208,7 @@ std::optional<CheckerCorners> CheckerFinder::fitted(const ImageView8& image, con
   if (!is_verified(corners, print)) return std::nullopt;
   fitter.fit_under_lens(corners);
   if (!is_verified(corners, print)) return std::nullopt;
-  return corners;
+  return Fitted{std::move(corners), print.starts_black()};
 }
 
 SeenChecker CheckerFinder::find_plain(const ImageView8& image, const Target& target,
@@ -258,7 +233,9 @@ SeenChecker CheckerFinder::find_plain(const ImageView8& image, const Target& tar
     if (first) return {CheckerAnswer::seen_twice, seen.size, {}};
     first = &grid;
     seen.answer = CheckerAnswer::found;
-    seen.corners = observations_of(*corners, target.squares);
+    seen.corners = observations_of(corners->corners, target.squares);
+    seen.starts_black = corners->starts_black;
+    seen.follows_lines = follows_lines_;
   }
   return seen;
 }

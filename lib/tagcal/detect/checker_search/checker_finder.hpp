@@ -7,6 +7,7 @@
 #include "tagcal/detect/board_search/tag_search.hpp"
 #include "tagcal/detect/checker_search/checker_corners.hpp"
 #include "tagcal/detect/checker_search/junction_grid.hpp"
+#include "tagcal/detect/opencv/picture_shift.hpp"
 #include "tagcal/detect/types.hpp"
 #include "tagcal/scene/dataset.hpp"
 
@@ -26,6 +27,8 @@ struct SeenChecker {
   CheckerAnswer answer = CheckerAnswer::no_grid;
   CheckerCell size{0, 0};  // of the largest grid
   std::vector<Observation> corners;
+  bool starts_black = true;    // of a board that looks the same after a turn
+  bool follows_lines = false;  // the corners were found along bent lines
 };
 
 // The size of a grid, as columns and rows of a board that is as wide or high as it if it can be.
@@ -43,6 +46,13 @@ class CheckerFinder {
 
   // For each checkerboard, in the order of the boards.
   std::vector<SeenChecker> find(const ImageView8& image);
+
+  // The same for the next picture of a sequence, where the corners of the picture before lead. No
+  // value if one is lost, or if the picture before did not show every board: then the picture is to
+  // be searched.
+  std::optional<std::vector<SeenChecker>> follow(const ImageView8& image,
+                                                 const std::vector<SeenChecker>& before,
+                                                 const PictureShift& shift) const;
   const std::vector<const Board*>& boards() const { return boards_; }
 
  private:
@@ -59,9 +69,15 @@ class CheckerFinder {
   const JunctionGrid* larger_grid(const JunctionGrid& grid, const Target& target) const;
   SeenChecker find_plain(const ImageView8& image, const Target& target,
                          const std::vector<JunctionGrid>& grids) const;
-  std::optional<CheckerCorners> fitted(const ImageView8& image, const Target& target,
-                                       const JunctionGrid& grid) const;
+  struct Fitted {
+    CheckerCorners corners;
+    bool starts_black = true;
+  };
+  std::optional<Fitted> fitted(const ImageView8& image, const Target& target,
+                               const JunctionGrid& grid) const;
   SeenChecker find_charuco(const ImageView8& image, Target& target) const;
+  std::optional<SeenChecker> follow(const ImageView8& image, const Target& target,
+                                    const SeenChecker& before, const PictureShift& shift) const;
 
   const Camera* camera_;
   std::vector<const Board*> boards_;

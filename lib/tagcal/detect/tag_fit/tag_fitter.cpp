@@ -67,6 +67,7 @@ std::vector<FitStage> TagFitter::rough_stages() const {
                         .is_affine = true});
     if (options_.is_near || is_quick()) return stages;
   }
+  if (options_.rest) return stages;
   // Few rows about one corner do not determine all parameters.
   const int row_step = std::clamp(patch_.height / kFewRows, 1, region_.corner ? 2 : kMaxRowStep);
   const int max_steps = region_.corner ? 1 : kMaxOnFewRows;
@@ -198,6 +199,7 @@ TagFit TagFitter::result(StageEnd end) const {
   if (end != StageEnd::reached) return fit;
   const TagParameters& p = model_.parameters();
   fit.iterations = iterations_;
+  Eigen::Map<TagRest>(fit.rest.data()) = p.tail<kNumRest>();
   fit.num_pixels = sums_.num_pixels;
   fit.noise_levels = std::sqrt(last_.variance);
   fit.shift_px = p.segment<2>(kShift);

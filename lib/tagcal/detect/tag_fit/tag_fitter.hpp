@@ -161,6 +161,7 @@ class TagFitter {
   bool start_fit();
   bool start_parameters(TagParameters& parameters) const;
   bool start_levels(TagParameters& parameters) const;
+  bool begin_with(const TagFitRest& rest, TagParameters& parameters) const;
   void set_prior(const TagParameters& start);
   bool is_in_region(std::size_t corner) const;
 

@@ -19,6 +19,14 @@ using namespace tag_parameter;
 
 constexpr double kFilterVariance = 1.0 / 2;  // px^2, of the binomial filter 1 2 1
 
+void set_homography(const Matrix3d& image_from_tag, TagParameters& parameters) {
+  Matrix3d tag_from_image = image_from_tag.inverse();
+  tag_from_image /= tag_from_image(2, 2);
+  parameters.segment<3>(kM1) = tag_from_image.row(0);
+  parameters.segment<3>(kM2) = tag_from_image.row(1);
+  parameters.segment<2>(kM3) = tag_from_image.row(2).head<2>();
+}
+
 }  // namespace
 
 std::optional<Vector2d> TagFitter::straight_place(const Vector2d& pixel) const {
@@ -94,12 +102,8 @@ template bool TagFitter::cut(const ImageView8& image);
 template bool TagFitter::cut(const ImageView16& image);
 
 bool TagFitter::start_parameters(TagParameters& parameters) const {
-  Matrix3d tag_from_image = image_from_tag_.inverse();
-  tag_from_image /= tag_from_image(2, 2);
   parameters.setZero();
-  parameters.segment<3>(kM1) = tag_from_image.row(0);
-  parameters.segment<3>(kM2) = tag_from_image.row(1);
-  parameters.segment<2>(kM3) = tag_from_image.row(2).head<2>();
+  set_homography(image_from_tag_, parameters);
   parameters[kLogSpread] = std::log(policy::kUsualSpreadPx);
   return parameters.allFinite() && start_levels(parameters);
 }
@@ -134,8 +138,28 @@ bool TagFitter::start_fit() {
   if (!start_parameters(parameters)) return false;
   set_prior(parameters);
   parameters.segment<2>(kShift) = prior_mean_.segment<2>(kShift);
+  if (options_.rest && !begin_with(*options_.rest, parameters)) return false;
   model_.set(parameters);
   return true;
+}
+
+// The homography of the start maps to where the bends take the corners from.
+bool TagFitter::begin_with(const TagFitRest& rest, TagParameters& parameters) const {
+  parameters.tail<kNumRest>() = Eigen::Map<const TagRest>(rest.data());
+  if (!has_bends_) {
+    parameters.segment<kNumBends>(kBend).setZero();
+    return true;
+  }
+  std::array<Vector3d, 4> places;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const auto place = straight_place(start_[i]);
+    if (!place) return false;
+    const BendBasis basis = bend_basis(place->x(), place->y());
+    places[i] = (*place + basis * parameters.segment<kNumBends>(kBend)).homogeneous();
+  }
+  const std::optional<Matrix3d> image_from_tag = homography(region_.corners_on_tag, places);
+  if (image_from_tag) set_homography(*image_from_tag, parameters);
+  return image_from_tag && parameters.allFinite();
 }
 
 // Smooths the pixels by the binomial filter 1 2 1 in both directions, and the model with them.

@@ -29,6 +29,10 @@ constexpr int kNumBends = 12;
 constexpr int kCount = 27;
 }  // namespace tag_parameter
 
+// Those after the homography's (TagFitRest).
+constexpr int kNumRest = tag_parameter::kCount - tag_parameter::kLogSpread;
+using TagRest = Eigen::Matrix<double, kNumRest, 1>;
+
 using TagParameters = Eigen::Matrix<double, tag_parameter::kCount, 1>;
 
 // Displacements of a place before the homography: of second order, as far as no homography makes
