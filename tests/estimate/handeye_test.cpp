@@ -147,6 +147,50 @@ TEST(Handeye, GivesTheRestIfTheAxesAreParallel) {
   EXPECT_LT(nees(task, answer), 4);
 }
 
+// Along parallel axes every place is as good as another one, and the cost falls without an end.
+TEST(Handeye, ConvergesWhereNothingIsDetermined) {
+  for (std::uint64_t seed = 100; seed < 104; ++seed) {
+    const HandeyeEstimate answer =
+        estimate(task_of({.num_poses = 100, .axis_spread_rad = 0, .known_lens = true}, seed));
+    EXPECT_EQ(answer.status, Status::rotation_axes_parallel) << all_sentences(answer);
+    EXPECT_FALSE(has(answer, "not_converged")) << seed << all_sentences(answer);
+  }
+}
+
+// Inverse poses fit three views as well as right ones.
+TEST(Handeye, WarnsOfViewsThatCannotShowAnotherReading) {
+  int answered = 0;
+  for (std::uint64_t seed = 150; seed < 220; ++seed) {
+    const HandeyeEstimate answer = estimate(task_of({.num_poses = 3,
+                                                     .axis_spread_rad = 0.3,
+                                                     .robot_sigma_m = 0.3e-3,
+                                                     .robot_sigma_rad = 1e-3,
+                                                     .sigma_px = 0.1,
+                                                     .mistake = RobotMistake::inverse},
+                                                    seed));
+    if (!is_answer(answer.status)) continue;
+    ++answered;
+    EXPECT_TRUE(has(answer, "few_views")) << seed << all_sentences(answer);
+  }
+  EXPECT_GT(answered, 10);
+}
+
+// Five poses about one axis, nearly: the closed form of the right reading is poor. A world of the
+// study `handeye`.
+TEST(Handeye, RefusesAReadingWhoseBundleIsLessLikely) {
+  Random random(111, 11);
+  for (int i = 0; i < 6; ++i) random.uniform();
+  const HandeyeEstimate answer = estimate(draw_handeye({.mount = CameraMount::hand,
+                                                        .num_poses = 5,
+                                                        .axis_spread_rad = 0.032207372173935753,
+                                                        .robot_sigma_m = 0.0002806664919894951,
+                                                        .robot_sigma_rad = 0.0042351531666115641,
+                                                        .sigma_px = 0.10662751768466849,
+                                                        .mistake = RobotMistake::quaternion_order},
+                                                       random));
+  EXPECT_EQ(answer.status, Status::wrong_direction) << all_sentences(answer);
+}
+
 TEST(Handeye, RefusesFewerThanThreePoses) {
   HandeyeTask task = task_of({.num_poses = 5}, 5);
   for (HandeyeView& view : task.views) view.base_from_hand = task.views[0].base_from_hand;

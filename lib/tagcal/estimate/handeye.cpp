@@ -170,6 +170,7 @@ class HandeyeRun {
     if (options_.path && !options_.find_time_offset && is_off_in_time(minimum->state)) return;
     answer_.rejected = sights_.rejected();
     report_minimum(sights_, *minimum, answer_);
+    if (is_answer(judge(answer_.findings)) && is_likelier_otherwise(*minimum)) return;
     if (options_.find_time_offset) report_offset(*minimum);
     answer_.next =
         advise_robot_pose(sights_.problem(), minimum->state, minimum->noise.noise, answer_);
@@ -186,14 +187,35 @@ class HandeyeRun {
 
   bool is_read_wrongly() {
     const HandeyeProblem& problem = sights_.problem();
-    const auto better = better_reading(sights_.pairs(), problem.mount, problem.scale);
-    if (!better) return false;
-    answer_.reading = better->reading;
-    add(answer_.findings, better->is_shift ? code::not_synchronous : code::wrong_direction,
-        fmt::format("the robot's poses fit the pictures {:.0f} times better if {}: check the file "
-                    "and the options, nothing was changed",
-                    better->reading.times_better, better->reading.change));
+    better_ = better_reading(sights_.pairs(), problem.mount, problem.scale);
+    if (!better_ || !better_->is_certain) return false;
+    refuse_reading(better_->reading);
     return true;
+  }
+
+  // A reading that fits better in closed form, but not by as much as is certain: the likelihood of
+  // its bundle decides.
+  bool is_likelier_otherwise(const HandeyeMinimum& given) {
+    if (!better_) return false;
+    HandeyeProblem problem = sights_.problem();
+    for (HandeyeSight& s : problem.sights) s.base_from_hand = better_->read(s.base_from_hand);
+    std::vector<HandeyePair> pairs = sights_.pairs();
+    for (HandeyePair& pair : pairs) pair.base_from_hand = better_->read(pair.base_from_hand);
+    const auto start = closed_form_places(pairs, problem.mount, problem.scale);
+    const auto other = start ? bundle_of(problem, start->places) : std::nullopt;
+    const double likelier = other ? given.objective - other->objective : 0;
+    if (!(likelier > policy::kSignificant * policy::kSignificant)) return false;
+    const auto freedoms = 6 * static_cast<double>(problem.sights.size()) - 12;
+    refuse_reading({better_->reading.change, std::exp(likelier / (2 * std::max(1.0, freedoms)))});
+    return true;
+  }
+
+  void refuse_reading(const RobotReading& reading) {
+    answer_.reading = reading;
+    add(answer_.findings, better_->is_shift ? code::not_synchronous : code::wrong_direction,
+        fmt::format("the robot's poses fit the pictures {:.{}f} times better if {}: check the file "
+                    "and the options, nothing was changed",
+                    reading.times_better, reading.times_better < 10 ? 1 : 0, reading.change));
   }
 
   // The minimum of the views that agree, with the robot's poses at the offset, which is estimated
@@ -265,6 +287,7 @@ class HandeyeRun {
   const HandeyeOptions& options_;
   HandeyeEstimate answer_;
   HandeyeSights sights_;
+  std::optional<BetterReading> better_;
   double offset_s_ = 0;
 };
 

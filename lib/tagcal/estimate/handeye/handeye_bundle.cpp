@@ -12,16 +12,16 @@ namespace tagcal::internal {
 namespace {
 
 using Eigen::MatrixXd;
-using Eigen::VectorXd;
 using Square6 = Eigen::Matrix<double, 6, 6>;
 
 double log_det(const auto& llt) { return 2 * llt.matrixLLT().diagonal().array().log().sum(); }
 
 // Weights of the wide priors of the shared parameters: translations about zero. (Rotations have
-// none: theirs is a damping.)
-VectorXd prior_weights(const HandeyeProblem& problem) {
+// none: theirs is a damping.) The offset of time has none, and a unit weight if it is not free.
+HandeyeEquations::Shared prior_weights(const HandeyeProblem& problem) {
   const double reach = policy::kPriorReach * problem.scale.distance_m;
-  VectorXd weights = VectorXd::Zero(problem.num_shared());
+  HandeyeEquations::Shared weights;
+  weights[12] = problem.with_time ? 0 : 1;
   for (Eigen::Index i = 0; i < 12; ++i)
     weights[i] = 1 / (i % 6 < 3 ? std::numbers::pi * std::numbers::pi : reach * reach);
   return weights;
@@ -52,9 +52,8 @@ Vector6d robot_error(const HandeyeProblem& problem, const HandeyeState& state, s
 std::optional<HandeyeEquations> HandeyeEquations::at(const HandeyeProblem& problem,
                                                      const HandeyeState& state) {
   HandeyeEquations equations;
-  equations.size_ = problem.num_shared();
   equations.shared_ = prior_weights(problem).asDiagonal();
-  equations.shared_gradient_ = VectorXd::Zero(equations.size_);
+  equations.shared_gradient_.setZero();
   const auto add_prior = [&](const Pose& place, Eigen::Index first) {
     const double weight = equations.shared_(first, first);
     equations.shared_gradient_.segment<3>(first) = weight * place.translation();
@@ -78,13 +77,13 @@ std::optional<HandeyeEquations> HandeyeEquations::at(const HandeyeProblem& probl
 void HandeyeEquations::add(const HandeyeProblem& problem, const HandeyeState& state,
                            std::size_t view, const MatrixXd& gram) {
   const HandeyeSteps steps(state.places, problem.mount, state.base_from_hand[view]);
-  SixByShared by = SixByShared::Zero(6, size_);
+  SixByShared by = SixByShared::Zero();
   by.leftCols<6>() = steps.by_camera;
   by.middleCols<6>(6) = steps.by_board;
   const Square6 information = gram.topLeftCorner<6, 6>();
   const Vector6d gradient = gram.topRightCorner<6, 1>();
-  const SixByShared weighed = information * by;
-  shared_ += by.transpose() * weighed;
+  const SixByShared weighed = information.lazyProduct(by);
+  shared_ += by.transpose().lazyProduct(weighed);
   shared_gradient_ += by.transpose() * gradient;
   corners_cost_ += gram(gram.rows() - 1, gram.cols() - 1);
   OfView of;
@@ -92,7 +91,8 @@ void HandeyeEquations::add(const HandeyeProblem& problem, const HandeyeState& st
   of.by_shared = steps.by_robot.transpose() * weighed;
   of.gradient = steps.by_robot.transpose() * gradient;
   of.error = robot_error(problem, state, view);
-  of.velocity = problem.sights[view].velocity;
+  of.velocity.setZero();
+  if (problem.with_time) of.velocity = problem.sights[view].velocity;
   const MatrixXd lens = gram.block(0, 6, 6, gram.cols() - 7);
   of.by_lens = steps.by_robot.transpose() * lens;
   of.shared_by_lens = by.transpose() * lens;
@@ -104,14 +104,14 @@ void HandeyeEquations::add(const HandeyeProblem& problem, const HandeyeState& st
 HandeyeEquations::SixByShared HandeyeEquations::coupling(const OfView& view,
                                                          const Vector6d& weights) const {
   SixByShared coupling = view.by_shared;
-  if (size_ > 12) coupling.col(12) -= weights.cwiseProduct(view.velocity);
+  coupling.col(12) -= weights.cwiseProduct(view.velocity);
   return coupling;
 }
 
 std::optional<HandeyeEquations::Solution> HandeyeEquations::solve(const RobotNoise& noise) const {
   const Vector6d weights = noise.weights();
-  MatrixXd schur = shared_;
-  VectorXd gradient = shared_gradient_;
+  SharedSquare schur = shared_;
+  Shared gradient = shared_gradient_;
   Solution solution;
   solution.cost = corners_cost_;
   double log_dets = -static_cast<double>(views_.size()) * weights.array().log().sum();
@@ -121,37 +121,35 @@ std::optional<HandeyeEquations::Solution> HandeyeEquations::solve(const RobotNoi
     own.diagonal() += weights;
     const Eigen::LLT<Square6> llt(own);
     if (llt.info() != Eigen::Success) return std::nullopt;
-    const SixByShared across = coupling(view, weights);
-    const Vector6d own_gradient = view.gradient + pull;
-    const Vector6d own_step = llt.solve(own_gradient);
-    if (size_ > 12) {
-      schur(12, 12) += view.velocity.dot(weights.cwiseProduct(view.velocity));
-      gradient[12] -= view.velocity.dot(pull);
-    }
-    schur.noalias() -= across.transpose() * llt.solve(across);
-    gradient.noalias() -= across.transpose() * own_step;
+    // Half solved: the Schur complement subtracts their squares.
+    const SixByShared across = llt.matrixL().solve(coupling(view, weights));
+    const Vector6d own_gradient = llt.matrixL().solve(view.gradient + pull);
+    schur(12, 12) += view.velocity.dot(weights.cwiseProduct(view.velocity));
+    gradient[12] -= view.velocity.dot(pull);
+    schur.noalias() -= across.transpose().lazyProduct(across);
+    gradient.noalias() -= across.transpose().lazyProduct(own_gradient);
     solution.cost += view.error.dot(pull);
-    solution.decrease += own_gradient.dot(own_step);
+    solution.decrease += own_gradient.squaredNorm();
     log_dets += log_det(llt);
   }
-  const Eigen::LLT<MatrixXd> llt(schur);
+  const Eigen::LLT<SharedSquare> llt(schur);
   if (llt.info() != Eigen::Success) return std::nullopt;
   solution.step = -llt.solve(gradient);
   solution.decrease -= solution.step.dot(gradient);
-  solution.covariance = llt.solve(MatrixXd::Identity(size_, size_));
+  solution.covariance = llt.solve(SharedSquare::Identity());
   solution.objective =
       log_dets + log_det(llt) + solution.cost - solution.decrease + noise_prior(noise);
   if (!std::isfinite(solution.objective)) return std::nullopt;
   return solution;
 }
 
-HandeyeState HandeyeEquations::stepped(const HandeyeProblem& problem, const HandeyeState& state,
-                                       const RobotNoise& noise, const VectorXd& step) const {
+HandeyeState HandeyeEquations::stepped(const HandeyeState& state, const RobotNoise& noise,
+                                       const Shared& step) const {
   const Vector6d weights = noise.weights();
   HandeyeState next = state;
   next.places.mount_from_camera = retract(state.places.mount_from_camera, step.head<6>());
   next.places.holder_from_board = retract(state.places.holder_from_board, step.segment<6>(6));
-  if (problem.with_time) next.time_offset_s += step[12];
+  next.time_offset_s += step[12];
   for (std::size_t i = 0; i < views_.size(); ++i) {
     const OfView& view = views_[i];
     Square6 own = view.information;
@@ -165,9 +163,9 @@ HandeyeState HandeyeEquations::stepped(const HandeyeProblem& problem, const Hand
 }
 
 MatrixXd HandeyeEquations::response_to_lens(const RobotNoise& noise,
-                                            const MatrixXd& covariance) const {
+                                            const SharedSquare& covariance) const {
   const Vector6d weights = noise.weights();
-  MatrixXd sum = MatrixXd::Zero(size_, views_.empty() ? 0 : views_.front().by_lens.cols());
+  MatrixXd sum = MatrixXd::Zero(kShared, views_.empty() ? 0 : views_.front().by_lens.cols());
   for (const OfView& view : views_) {
     Square6 own = view.information;
     own.diagonal() += weights;

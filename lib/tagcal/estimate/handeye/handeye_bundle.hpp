@@ -27,8 +27,6 @@ struct HandeyeProblem {
   std::vector<HandeyeSight> sights;
   HandeyeScale scale;
   bool with_time = false;  // the offset is a parameter: sights have velocities
-
-  Eigen::Index num_shared() const { return with_time ? 13 : 12; }
 };
 
 struct HandeyeState {
@@ -38,31 +36,35 @@ struct HandeyeState {
 };
 
 // The normal equations at a state, without the robot's noise. Parameters that the views share:
-// (omega, tau) of mount_from_camera and of holder_from_board, and the offset.
+// (omega, tau) of mount_from_camera and of holder_from_board, and the offset, which keeps a
+// variance of 1 and depends on nothing if it is no parameter: the sizes are known when this is
+// compiled.
 class HandeyeEquations {
  public:
   // No value if a corner is outside of the lens' domain.
   static std::optional<HandeyeEquations> at(const HandeyeProblem& problem,
                                             const HandeyeState& state);
 
+  static constexpr int kShared = 13;
+  using Shared = Eigen::Matrix<double, kShared, 1>;
+  using SharedSquare = Eigen::Matrix<double, kShared, kShared>;
+
   struct Solution {
     double objective = 0;  // -2 log of the restricted likelihood, with the prior of the noise
     double cost = 0;       // sum of squares at the state, not after the step
     double decrease = 0;   // of it, by the step
-    Eigen::VectorXd step;  // of the shared parameters
-    Eigen::MatrixXd covariance;
+    Shared step;           // of the shared parameters
+    SharedSquare covariance;
   };
   // No value if the equations are singular.
   std::optional<Solution> solve(const RobotNoise& noise) const;
-  HandeyeState stepped(const HandeyeProblem& problem, const HandeyeState& state,
-                       const RobotNoise& noise, const Eigen::VectorXd& step) const;
+  HandeyeState stepped(const HandeyeState& state, const RobotNoise& noise,
+                       const Shared& step) const;
   // The step of the shared parameters by the lens' free parameters.
-  Eigen::MatrixXd response_to_lens(const RobotNoise& noise,
-                                   const Eigen::MatrixXd& covariance) const;
+  Eigen::MatrixXd response_to_lens(const RobotNoise& noise, const SharedSquare& covariance) const;
 
  private:
-  using Shared = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 13, 1>;
-  using SixByShared = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, 13>;
+  using SixByShared = Eigen::Matrix<double, 6, kShared>;
   struct OfView {
     Matrix6 information = Matrix6::Zero();  // of the robot's pose, by the corners
     SixByShared by_shared;                  // robot's pose, shared parameters
@@ -76,10 +78,9 @@ class HandeyeEquations {
            const Eigen::MatrixXd& gram);
   SixByShared coupling(const OfView& view, const Vector6d& weights) const;
 
-  Eigen::Index size_ = 12;
   std::vector<OfView> views_;
-  Eigen::MatrixXd shared_;           // information of the shared parameters, by corners and priors
-  Eigen::VectorXd shared_gradient_;  // as `gradient`
+  SharedSquare shared_;     // information of the shared parameters, by corners and priors
+  Shared shared_gradient_;  // as `gradient`
   double corners_cost_ = 0;
 };
 
@@ -98,9 +99,10 @@ std::optional<Eigen::MatrixXd> covariance_at(const HandeyeProblem& problem,
 
 struct HandeyeMinimum {
   HandeyeState state;
-  NoiseEstimate noise;
+  NoiseEstimate noise = {};
   bool converged = false;
-  Eigen::MatrixXd covariance;  // of the shared parameters, with that of the lens, not widened
+  double objective = 0;             // HandeyeEquations::Solution
+  Eigen::MatrixXd covariance = {};  // of the shared parameters, with the lens', not widened
   // Degrees of freedom of that covariance (Satterthwaite 1946), for mount_from_camera.
   double degrees_of_freedom = 0;
 };

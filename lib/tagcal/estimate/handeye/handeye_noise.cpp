@@ -1,8 +1,10 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "tagcal/estimate/handeye/handeye_bundle.hpp"
+#include "tagcal/estimate/policy/handeye_policy.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -65,28 +67,47 @@ double freedoms(const HandeyeEquations& equations, const NoiseEstimate& found) {
   return std::min(kMost, 2 / std::max(variance, 1 / kMost));
 }
 
-// The state after a step, which is halved until it does not raise the cost.
-std::optional<HandeyeState> advanced(const HandeyeProblem& problem, const HandeyeState& state,
-                                     const HandeyeEquations& equations, const RobotNoise& noise,
-                                     const HandeyeEquations::Solution& solved) {
-  HandeyeState next = equations.stepped(problem, state, noise, solved.step);
-  constexpr int kHalvings = 6;        // a limit of work
-  constexpr double kRounding = 1e-9;  // numeric: of the cost
-  for (int i = 0; i < kHalvings; ++i) {
-    const auto there = HandeyeEquations::at(problem, next);
+// A share of the way from one state to another one.
+HandeyeState between(const HandeyeState& from, const HandeyeState& to, double share) {
+  const auto part = [&](const Pose& a, const Pose& b) { return retract(a, share * minus(b, a)); };
+  HandeyeState state = from;
+  state.places.mount_from_camera = part(from.places.mount_from_camera, to.places.mount_from_camera);
+  state.places.holder_from_board = part(from.places.holder_from_board, to.places.holder_from_board);
+  for (std::size_t k = 0; k < state.base_from_hand.size(); ++k)
+    state.base_from_hand[k] = part(from.base_from_hand[k], to.base_from_hand[k]);
+  state.time_offset_s += share * (to.time_offset_s - from.time_offset_s);
+  return state;
+}
+
+struct Advance {
+  HandeyeState state;
+  HandeyeEquations equations;
+};
+
+// The state after a step, or after the part of it that a parabola through the costs prefers: the
+// steps neglect second derivatives, and overshoot along axes that are nearly parallel. No value if
+// none lowers the cost.
+std::optional<Advance> advanced(const HandeyeProblem& problem, const HandeyeState& state,
+                                const HandeyeEquations& equations, const RobotNoise& noise,
+                                const HandeyeEquations::Solution& solved) {
+  const HandeyeState end = equations.stepped(state, noise, solved.step);
+  constexpr int kTries = 6;                         // a limit of work
+  constexpr double kRounding = 1e-9;                // numeric: of the cost
+  constexpr double kShortest = 0.1, kAgain = 0.75;  // numeric: of the step that was tried
+  double share = 1;
+  for (int i = 0; i < kTries; ++i) {
+    HandeyeState next = i == 0 ? end : between(state, end, share);
+    auto there = HandeyeEquations::at(problem, next);
     const auto cost = there ? there->solve(noise) : std::nullopt;
-    if (cost && cost->cost <= solved.cost * (1 + kRounding) + kRounding) return next;
-    // Between the last two states.
-    const auto between = [](const Pose& from, const Pose& to) {
-      return retract(from, 0.5 * minus(to, from));  // numeric: a half
-    };
-    next.places.mount_from_camera =
-        between(state.places.mount_from_camera, next.places.mount_from_camera);
-    next.places.holder_from_board =
-        between(state.places.holder_from_board, next.places.holder_from_board);
-    for (std::size_t k = 0; k < next.base_from_hand.size(); ++k)
-      next.base_from_hand[k] = between(state.base_from_hand[k], next.base_from_hand[k]);
-    next.time_offset_s = (state.time_offset_s + next.time_offset_s) / 2;
+    double best = share / 2;  // numeric: a half
+    if (cost) {
+      const double slope = 2 * solved.decrease * share;
+      const double rise = cost->cost - solved.cost;
+      best = share * slope / (2 * std::max(rise + slope, kRounding * slope));
+      const bool lower = rise <= kRounding * (1 + solved.cost);
+      if (lower && (i > 0 || best > kAgain)) return Advance{std::move(next), *std::move(there)};
+    }
+    share = std::clamp(best, kShortest * share, kAgain * share);
   }
   return std::nullopt;
 }
@@ -101,11 +122,18 @@ std::optional<MatrixXd> covariance_of(const HandeyeEquations& equations, const R
   return MatrixXd(solved->covariance + response * camera.covariance * response.transpose());
 }
 
+// The camera's translation will be refused (check_determined). In its unknown direction the cost
+// falls without an end: noise of the pictures takes the place of errors of the robot.
+bool is_refused(const HandeyeEquations::Solution& solved, const HandeyeScale& scale) {
+  return std::sqrt(solved.covariance.diagonal().segment<3>(3).maxCoeff()) >
+         policy::kHandeyeRefused * scale.distance_m;
+}
+
 }  // namespace
 
 std::optional<NoiseEstimate> estimate_noise(const HandeyeEquations& equations,
                                             const RobotNoise& start) {
-  constexpr int kSteps = 8;             // a limit of work: it continues in the next iteration
+  constexpr int kSteps = 3;             // a limit of work: it continues in the next iteration
   constexpr double kLargestStep = 1.5;  // numeric: of a logarithm
   constexpr double kSmallStep = 0.02;   // numeric: 2 % of a standard deviation
   NoiseEstimate found{start, {}};
@@ -137,10 +165,12 @@ std::optional<MatrixXd> covariance_at(const HandeyeProblem& problem, const Hande
 
 std::optional<HandeyeMinimum> minimise_bundle(const HandeyeProblem& problem, HandeyeState start,
                                               const RobotNoise& noise) {
-  HandeyeMinimum result{std::move(start), {noise, {}}, false, {}, 0};
+  HandeyeMinimum result{.state = std::move(start), .noise = {noise, {}}};
   auto equations = HandeyeEquations::at(problem, result.state);
   constexpr int kIterations = 20;      // a limit of work; beyond it is not_converged
-  constexpr double kSmallStep = 1e-4;  // numeric: squared, in standard deviations
+  constexpr double kSmallStep = 1e-4;  // numeric: squared, in standard deviations, of a view
+  constexpr double kNoChange = 1;      // numeric: the same, of all, where nothing is determined
+  double last_decrease = std::numeric_limits<double>::infinity();
   for (int i = 0; equations && i < kIterations && !result.converged; ++i) {
     const RobotNoise before = result.noise.noise;
     const auto found = estimate_noise(*equations, before);
@@ -148,11 +178,15 @@ std::optional<HandeyeMinimum> minimise_bundle(const HandeyeProblem& problem, Han
     result.noise = *found;
     const auto solved = equations->solve(found->noise);
     if (!solved) return std::nullopt;
-    const auto next = advanced(problem, result.state, *equations, found->noise, *solved);
-    const bool small = solved->decrease < kSmallStep * static_cast<double>(problem.sights.size());
+    auto next = advanced(problem, result.state, *equations, found->noise, *solved);
+    const bool small = solved->decrease < kSmallStep * static_cast<double>(problem.sights.size()) ||
+                       (std::max(solved->decrease, last_decrease) < kNoChange &&
+                        is_refused(*solved, problem.scale));
+    last_decrease = solved->decrease;
+    result.objective = solved->objective;
     if (next) {
-      result.state = *next;
-      equations = HandeyeEquations::at(problem, result.state);
+      result.state = std::move(next->state);
+      equations = std::move(next->equations);
     }
     constexpr double kSame = 0.05;  // numeric: of a logarithm
     result.converged = (small || !next) &&

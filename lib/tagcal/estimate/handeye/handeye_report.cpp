@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "tagcal/estimate/findings.hpp"
+#include "tagcal/estimate/handeye/robot_readings.hpp"
 #include "tagcal/estimate/policy/handeye_policy.hpp"
 
 namespace tagcal::internal {
@@ -86,7 +87,8 @@ void add_warnings(const HandeyeSights& sights, HandeyeEstimate& answer) {
                     "median and are not used, the first is that of {}",
                     answer.rejected.size(), policy::kRobotOutlier,
                     sights.image_of(answer.rejected.front())));
-  if (answer.degrees_of_freedom < policy::kFewRobotFreedoms)
+  if (answer.degrees_of_freedom < policy::kFewRobotFreedoms ||
+      !can_show_reading(answer.views.size()))
     add(answer.findings, code::few_views,
         fmt::format("{} poses hardly tell the robot's noise ({:.1f} degrees of freedom), nor poses "
                     "that are read in a wrong way: the standard deviations are wider for it. Take "

@@ -78,6 +78,12 @@ double level_of(const HandeyeStart& start) {
   return median(start.disagreements_m);
 }
 
+// Sums of squared disagreements that have this ratio, squared, do not have it by chance.
+bool is_no_chance(double better, std::size_t num_views) {
+  const double freedoms = 6 * static_cast<double>(num_views) - 12;
+  return variance_ratio_score(better * better, freedoms, freedoms) >= policy::kSignificant;
+}
+
 class Readings {
  public:
   Readings(std::span<const HandeyePair> views, CameraMount mount, const HandeyeScale& scale)
@@ -101,13 +107,16 @@ class Readings {
                  : std::numeric_limits<double>::infinity();
   }
 
-  void compare(std::span<const HandeyePair> views, const std::string& change, bool is_shift) {
+  // Keeps a reading that is certain rather than one that is not.
+  void compare(std::span<const HandeyePair> views, BetterReading reading) {
     const double better = given_ / level(views);
-    const double freedoms = 6 * static_cast<double>(views.size()) - 12;
-    if (better < policy::kReadingBetter || (best_ && better <= best_->reading.times_better) ||
-        variance_ratio_score(better * better, freedoms, freedoms) < policy::kSignificant)
-      return;
-    best_ = {{change, better}, is_shift};
+    reading.reading.times_better = better;
+    reading.is_certain = better >= policy::kReadingBetter && is_no_chance(better, views.size());
+    if (!(better > 1) || (reading.is_shift && !reading.is_certain)) return;
+    const auto rank = [](const BetterReading& r) {
+      return std::pair(r.is_certain, r.reading.times_better);
+    };
+    if (!best_ || rank(reading) > rank(*best_)) best_ = std::move(reading);
   }
 
   void try_reading(const RotationReading& rotation, const LengthReading& length, bool inverse) {
@@ -119,13 +128,13 @@ class Readings {
                                mount_ == CameraMount::hand ? "base" : "hand")
                  : std::string()});
     if (change.empty()) return;
+    const auto read = [rotation, length, inverse](const Pose& pose) {
+      const Pose changed(rotation.read(pose.rotation()), length.factor * pose.translation());
+      return inverse ? changed.inverse() : changed;
+    };
     std::vector<HandeyePair> views = views_;
-    for (HandeyePair& v : views) {
-      const Pose read(rotation.read(v.base_from_hand.rotation()),
-                      length.factor * v.base_from_hand.translation());
-      v.base_from_hand = inverse ? read.inverse() : read;
-    }
-    compare(views, change, false);
+    for (HandeyePair& v : views) v.base_from_hand = read(v.base_from_hand);
+    compare(views, {{change}, read});
   }
 
   void try_shift(int shift) {
@@ -135,10 +144,10 @@ class Readings {
         views.push_back({views_[static_cast<std::size_t>(i)].camera_from_board,
                          views_[static_cast<std::size_t>(i + shift)].base_from_hand});
     if (std::ssize(views) < policy::kFewestHandeyeMedian) return;
-    compare(views,
-            fmt::format("each picture belongs to the pose of the picture {} {} it", std::abs(shift),
-                        shift > 0 ? "after" : "before"),
-            true);
+    const std::string change =
+        fmt::format("each picture belongs to the pose of the picture {} {} it", std::abs(shift),
+                    shift > 0 ? "after" : "before");
+    compare(views, {{change}, nullptr, true});
   }
 
   CameraMount mount_;
@@ -149,6 +158,10 @@ class Readings {
 };
 
 }  // namespace
+
+bool can_show_reading(std::size_t num_views) {
+  return is_no_chance(policy::kReadingBetter, num_views);
+}
 
 std::optional<BetterReading> better_reading(std::span<const HandeyePair> views, CameraMount mount,
                                             const HandeyeScale& scale) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <span>
 
@@ -7,14 +8,21 @@
 
 namespace tagcal::internal {
 
-// Another reading of the robot's poses that fits much better than the given one (policy), the best
-// one: inverse, another unit of length, another order of quaternion or angles, and these together;
-// or the poses of neighbouring views, which is `is_shift`.
+// The reading of the robot's poses that fits best, if it is not the given one: inverse, another
+// unit of length, another order of quaternion or angles, and these together; or the poses of
+// neighbouring views, which is `is_shift`. `is_certain`: it fits much better (policy), and not by
+// chance. The closed form is poor for few views or axes that are nearly parallel: bundles decide
+// the rest.
 struct BetterReading {
   RobotReading reading;
+  std::function<Pose(const Pose&)> read;  // none of a shift
   bool is_shift = false;
+  bool is_certain = false;
 };
 std::optional<BetterReading> better_reading(std::span<const HandeyePair> views, CameraMount mount,
                                             const HandeyeScale& scale);
+
+// Whether disagreements of that many views can show that another reading fits much better.
+bool can_show_reading(std::size_t num_views);
 
 }  // namespace tagcal::internal
