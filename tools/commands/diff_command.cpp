@@ -124,14 +124,6 @@ std::string difference_text(const LensDifference& d, const char* where) {
   return text;
 }
 
-// The last line.
-std::string verdict_text(const ComparisonVerdict& verdict) {
-  if (!verdict.verdict) return verdict.sentence + "\n";
-  static constexpr Tone kTones[] = {Tone::good, Tone::bad, Tone::caution};
-  return wrapped(toned(kTones[static_cast<std::size_t>(*verdict.verdict)], verdict.word) + ": ",
-                 verdict.sentence, 2);
-}
-
 // True if both arguments are rigs. Throws Error if one is.
 bool is_of_rigs(const Arguments& arguments, const std::optional<ComparedRig>& a,
                 const std::optional<ComparedRig>& b) {
@@ -148,9 +140,9 @@ int run(const Arguments& arguments) {
   const std::optional<ComparedRig> rig_a = rig_of_argument(arguments.a),
                                    rig_b = rig_of_argument(arguments.b);
   if (is_of_rigs(arguments, rig_a, rig_b)) {
-    print_answer(
-        rig_difference(*rig_a, *rig_b, arguments.near_m, arguments.whole_image, arguments.json),
-        arguments.json);
+    print_answer(rig_difference(*rig_a, *rig_b, arguments.near_m, arguments.whole_image,
+                                arguments.limit_px, arguments.json),
+                 arguments.json);
     return kAnswer;
   }
   const CalibrationFile a = read_camera(arguments.a);

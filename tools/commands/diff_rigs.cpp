@@ -70,17 +70,14 @@ RigDifference difference_of_rigs(const ComparedRig& a, const ComparedRig& b, dou
   return difference;
 }
 
-bool is_far_off(const std::optional<double>& in_sigmas) {
-  return in_sigmas && *in_sigmas > kMostSigmas;
-}
-
 // What differs by more than the covariances explain: "lens of left", "places".
 std::vector<std::string> differing(const RigDifference& difference) {
   std::vector<std::string> parts;
   for (const ComparedLens& lens : difference.lenses)
     if (verdict_of(lens.comparisons).verdict == CheckVerdict::changed)
       parts.push_back("the lens of " + lens.name);
-  if (is_far_off(difference.places.in_sigmas)) {
+  const std::optional<double>& places = difference.places.in_sigmas;
+  if (places && change_verdict(*places, 0, 0) == CheckVerdict::changed) {
     const auto worst = std::ranges::max_element(
         difference.places.pairs, {},
         [](const PlaceDifference& pair) { return pair.in_sigmas.value_or(0); });
@@ -97,22 +94,27 @@ bool is_known(const RigDifference& difference) {
          });
 }
 
-std::string rigs_verdict(const RigDifference& difference) {
+// As of two cameras: of the lens that could hide the largest change, unless something changed.
+ComparisonVerdict rigs_verdict(const RigDifference& difference, double limit_px) {
   if (!is_known(difference))
-    return "not known if they are consistent: neither file has a covariance\n";
+    return {std::nullopt, "", "not known if they are one rig: neither file has a covariance", 0};
+  ComparisonVerdict verdict{CheckVerdict::valid, "VALID", "", 0};
+  for (const ComparedLens& lens : difference.lenses)
+    if (ComparisonVerdict of_lens = verdict_of(lens.comparisons, limit_px);
+        of_lens.verdict && of_lens.smallest_px >= verdict.smallest_px) {
+      verdict = std::move(of_lens);
+      verdict.sentence = fmt::format("{}: {}", lens.name, verdict.sentence);
+    }
+  if (!difference.places.in_sigmas)
+    verdict.sentence += "; of the places neither file has a covariance";
+  else if (verdict.sentence.empty())
+    verdict.sentence = "the places differ by no more than the covariances explain";
   const std::vector<std::string> parts = differing(difference);
-  if (!parts.empty())
-    return wrapped(toned(Tone::bad, "DIFFERENT") + ": ",
-                   fmt::format("{} differ{} by more than the covariances explain ({:.0f} sd)",
-                               fmt::join(parts, ", "), parts.size() == 1 ? "s" : "", kMostSigmas),
-                   2);
-  return wrapped(
-      toned(Tone::good, "CONSISTENT") + ": ",
-      difference.places.in_sigmas
-          ? "lenses and places differ by no more than the covariances explain"
-          : "the lenses differ by no more than the covariances explain; of the places neither file "
-            "has a covariance",
-      2);
+  if (parts.empty()) return verdict;
+  return {CheckVerdict::changed, "CHANGED",
+          fmt::format("{} differ{} by more than the covariances explain", fmt::join(parts, ", "),
+                      parts.size() == 1 ? "s" : ""),
+          verdict.smallest_px};
 }
 
 double without_rounding(double value, double least) { return std::abs(value) < least ? 0 : value; }
@@ -155,7 +157,8 @@ std::string pair_lines_of(const PlaceDifference& pair, const RigDifference& diff
       three_steps(pair, 3, 1e3), three_steps(pair, 0, kDegrees));
 }
 
-std::string rigs_text(const RigDifference& difference, const std::string& a, const std::string& b) {
+std::string rigs_text(const RigDifference& difference, const std::string& a, const std::string& b,
+                      double limit_px) {
   std::string text;
   for (const ComparedLens& lens : difference.lenses) text += lens_lines(lens);
   text += "\nplaces, B less A\n";
@@ -166,7 +169,7 @@ std::string rigs_text(const RigDifference& difference, const std::string& a, con
   for (const auto& [names, file] :
        {std::pair(&difference.only_in_a, a), {&difference.only_in_b, b}})
     if (!names->empty()) text += fmt::format("only in {}: {}\n", file, fmt::join(*names, ", "));
-  return text + "\n" + rigs_verdict(difference);
+  return text + "\n" + verdict_text(rigs_verdict(difference, limit_px));
 }
 
 RigJson optional_json(const std::optional<double>& value) {
@@ -193,7 +196,8 @@ RigJson pair_json_of(const PlaceDifference& pair, const RigDifference& differenc
   return json;
 }
 
-RigJson rigs_json(const RigDifference& difference, const std::string& a, const std::string& b) {
+RigJson rigs_json(const RigDifference& difference, const std::string& a, const std::string& b,
+                  double limit_px) {
   RigJson cameras = RigJson::array(), pairs = RigJson::array();
   for (std::size_t i = 0; i < difference.lenses.size(); ++i) {
     RigJson list = RigJson::array();
@@ -209,10 +213,7 @@ RigJson rigs_json(const RigDifference& difference, const std::string& a, const s
   }
   for (const PlaceDifference& pair : difference.places.pairs)
     pairs.push_back(pair_json_of(pair, difference));
-  const std::vector<std::string> parts = differing(difference);
-  const char* const verdict = !parts.empty()          ? "different"
-                              : !is_known(difference) ? "unknown"
-                                                      : "consistent";
+  const ComparisonVerdict verdict = rigs_verdict(difference, limit_px);
   return {{"a", a},
           {"b", b},
           {"cameras", cameras},
@@ -220,8 +221,8 @@ RigJson rigs_json(const RigDifference& difference, const std::string& a, const s
           {"only_in_a", difference.only_in_a},
           {"only_in_b", difference.only_in_b},
           {"places_in_sigmas", optional_json(difference.places.in_sigmas)},
-          {"verdict", verdict},
-          {"differs_in", parts}};
+          {"verdict", verdict.verdict ? RigJson(verdict_name(*verdict.verdict)) : RigJson()},
+          {"differs_in", differing(difference)}};
 }
 
 }  // namespace
@@ -236,10 +237,10 @@ std::optional<ComparedRig> rig_of_argument(const std::string& file_and_name) {
 }
 
 std::string rig_difference(const ComparedRig& a, const ComparedRig& b, double near_m,
-                           bool whole_image, bool as_json) {
+                           bool whole_image, double limit_px, bool as_json) {
   const RigDifference difference = difference_of_rigs(a, b, near_m, whole_image);
-  return as_json ? json_text(rigs_json(difference, a.name, b.name))
-                 : rigs_text(difference, a.name, b.name);
+  return as_json ? json_text(rigs_json(difference, a.name, b.name, limit_px))
+                 : rigs_text(difference, a.name, b.name, limit_px);
 }
 
 }  // namespace tagcal::tools

@@ -13,8 +13,8 @@ namespace tagcal::tools {
 std::optional<ComparedRig> rig_of_argument(const std::string& file_and_name);
 
 // The answer: text, or JSON. The lenses are compared far away and at the distance, over the regions
-// of the corners or the whole images.
+// of the corners or the whole images. `limit_px`: the change that matters (change_verdict).
 std::string rig_difference(const ComparedRig& a, const ComparedRig& b, double near_m,
-                           bool whole_image, bool as_json);
+                           bool whole_image, double limit_px, bool as_json);
 
 }  // namespace tagcal::tools

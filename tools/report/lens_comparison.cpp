@@ -54,6 +54,13 @@ ComparisonVerdict verdict_of(std::span<const Comparison> comparisons, double lim
   return {verdict, kWords[static_cast<std::size_t>(verdict)], sentence, smallest};
 }
 
+std::string verdict_text(const ComparisonVerdict& verdict) {
+  if (!verdict.verdict) return verdict.sentence + "\n";
+  static constexpr Tone kTones[] = {Tone::good, Tone::bad, Tone::caution};
+  return wrapped(toned(kTones[static_cast<std::size_t>(*verdict.verdict)], verdict.word) + ": ",
+                 verdict.sentence, 2);
+}
+
 std::vector<Comparison> compare(const std::string& name_a, const UncertainCamera& a,
                                 const std::string& name_b, const UncertainCamera& b,
                                 std::span<const Vector2d> samples,

@@ -11,8 +11,6 @@
 
 namespace tagcal::tools {
 
-// Beyond this places of rigs contradict one another: 1 in 700 by chance, of many pairs.
-inline constexpr double kMostSigmas = 3;
 inline constexpr double kLeastPx = 1e-6;  // numeric: a smaller difference is shown as 0
 
 // One comparison of two lenses: the difference, and what the covariances of both predict.
@@ -37,6 +35,7 @@ struct ComparisonVerdict {
   double smallest_px = 0;  // the change that would have been seen, of all comparisons
 };
 ComparisonVerdict verdict_of(std::span<const Comparison> comparisons, double limit_px = 1);
+std::string verdict_text(const ComparisonVerdict& verdict);  // lines for the terminal
 
 // Compares two calibrations at each distance, which messages name. Throws Error if they have too
 // little in common.
