@@ -94,7 +94,7 @@ TEST(History, RaisesNoMoreFalseAlarmsThanItStates) {
                                                          {"f", 6, 3},
                                                          {"f", 12, 1},
                                                          {"f", 12, 3}}) {
-    int trends = 0, changes = 0;
+    int trends = 0, changes = 0, scattered = 0;
     double squares = 0;
     for (int i = 0; i < num_worlds; ++i) {
       const CameraHistory history =
@@ -102,12 +102,17 @@ TEST(History, RaisesNoMoreFalseAlarmsThanItStates) {
       trends += history.verdict == HistoryVerdict::trend;
       changes += history.verdict == HistoryVerdict::change;
       squares += history.trend.scatter * history.trend.scatter;
+      scattered += history.trend.p_scatter < 0.05;
     }
     std::printf("%s, %d calibrations, scatter %g: %d trends, %d changes of %d, estimated %.2f\n",
                 model.c_str(), count, scatter, trends, changes, num_worlds,
                 std::sqrt(squares / num_worlds));
     EXPECT_LE(trends + changes, 0.013 * num_worlds) << model << count << " " << scatter;
     EXPECT_NEAR(std::sqrt(squares / num_worlds), scatter, 0.1 * scatter);
+    if (scatter > 1)
+      EXPECT_GT(scattered, 0.9 * num_worlds);
+    else
+      EXPECT_NEAR(scattered, 0.05 * num_worlds, 0.02 * num_worlds);
   }
 }
 
