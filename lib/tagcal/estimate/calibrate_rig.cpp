@@ -127,13 +127,14 @@ void check_sizes(const RigDataset& rig, const RigOptions& options, RigCalibratio
 // Two known cameras of one image size, each of which fits the pictures of the other better.
 void check_lenses(const RigDataset& rig, const RigOptions& options,
                   const std::vector<Calibration>& own, RigCalibration& answer) {
-  constexpr std::size_t kEnough = 3;  // numeric: views that tell two lenses apart
+  constexpr std::size_t kFew = 3;    // numeric: views that tell most lenses apart
+  constexpr std::size_t kMany = 20;  // numeric: and those that differ by 1 or 2 % in f
   // The score of the noise of views of one camera under its own lens over that under another.
-  const auto score = [&](std::size_t c, std::size_t other) {
+  const auto score = [&](std::size_t c, std::size_t other, std::size_t num_views) {
     Dataset few = rig.cameras[c].data;
     few.views.clear();
     int num_residuals = 0;
-    for (const std::size_t v : spread_indices(rig.cameras[c].data.views.size(), kEnough)) {
+    for (const std::size_t v : spread_indices(rig.cameras[c].data.views.size(), num_views)) {
       few.views.push_back(rig.cameras[c].data.views[v]);
       num_residuals += 2 * static_cast<int>(few.views.back().observations.size());
     }
@@ -145,7 +146,9 @@ void check_lenses(const RigDataset& rig, const RigOptions& options,
   for (std::size_t a = 0; options.lenses == RigLenses::fixed && a < own.size(); ++a)
     for (std::size_t b = a + 1; b < own.size() && answer.findings.empty(); ++b)
       if (rig.cameras[a].data.image_size == rig.cameras[b].data.image_size &&
-          score(a, b) > policy::kOutlierSigmas && score(b, a) > policy::kOutlierSigmas)
+          score(a, b, kFew) > 0 && score(b, a, kFew) > 0 &&
+          score(a, b, kMany) > policy::kOutlierSigmas &&
+          score(b, a, kMany) > policy::kOutlierSigmas)
         report_swapped(rig, a, b, "lens", answer);
 }
 
