@@ -153,7 +153,8 @@ void bind_history(py::module_& m) {
         return c.name + " " + number(c.px) + " +- " + number(c.sigma_px, 2) + " px";
       });
   Record<HistoryFit>(m, "HistoryFit", "A line by the key, or one step.")
-      .field("p_value", &HistoryFit::p_value, "Of a change as large as this, if there is none.")
+      .field("p_value", &HistoryFit::p_value,
+             "Probability of a change as large as this, if there is none.")
       .field("parameters", &HistoryFit::parameters,
              "A list of HistoryChange: by one unit of the key, or by the step.")
       .field("image", &HistoryFit::image,
@@ -161,7 +162,7 @@ void bind_history(py::module_& m) {
              "the step, less what a turned camera explains.")
       .field("scatter", &HistoryFit::scatter,
              "Of the calibrations about it, over what their covariances say.")
-      .field("p_scatter", &HistoryFit::p_scatter, "Of a scatter as large as this.")
+      .field("p_scatter", &HistoryFit::p_scatter, "Probability of a scatter as large as this.")
       .field("after", &HistoryFit::after, "The key before the step, or the first one.")
       .field("before", &HistoryFit::before, "The key behind the step, or the last one.")
       .representation([](const HistoryFit& f) { return "p " + number(f.p_value, 2); });

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Of all names, from the first day; or 0, 1, ..
+// Sets the keys to the days from the first, if all names have dates, and else to 0, 1, ..
 void set_dates_or_order(HistoryInput& input) {
   for (std::size_t i = 0; i < input.names.size(); ++i) {
     const auto days = named_unit(fs::path(input.names[i]).stem().string()).days;

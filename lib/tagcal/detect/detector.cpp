@@ -53,8 +53,9 @@ void for_each_picture(std::size_t n, const Target& target, const DetectOptions& 
   parallel_for(n, workers, work, progress);
 }
 
-// Frames of a sequence that are found one after the other by one thread: the first is searched, so
-// that a tag which appears is found soon, and frames are not all of one thread.
+// Frames of a sequence that one thread finds, one after the other: the first is searched, so that a
+// tag that appears is found within so many frames, and several threads share a sequence.
+// numeric: a whole search each 20 frames costs 1 / 20 of the time that following saves.
 constexpr std::size_t kFollowedFrames = 20;
 
 // Pictures [first, end). Several are loaded at once, in the order of their turns.
@@ -113,8 +114,9 @@ class BatchSearch {
       pictures_[i] = DetectedPicture();
       pictures_[i].unreadable = picture.unreadable;
       if (picture.unreadable.empty())
-        pictures_[i] =
-            has_before ? search.find_next(picture.image, name) : search.find(picture.image, name);
+        pictures_[i] = has_before       ? search.find_next(picture.image, name)
+                       : range.is_one() ? search.find(picture.image, name)
+                                        : search.find_first(picture.image, name);
       has_before = picture.unreadable.empty();
       pictures_[i].view.image = name;
       if (options_.earlier && has_before) options_.earlier->keep(i, pictures_[i]);

@@ -151,8 +151,8 @@ struct TagFitOptions {
   // The start of a corner and of its neighbourhood is good to a quarter of a pixel, by earlier
   // fits: stages that lead there are left out.
   bool is_near = false;
-  // Of this tag's fit in the picture before: the fit begins with it, and the start of the corners
-  // is good to half a pixel. It must outlive the call.
+  // The result of this tag's fit in the picture before, with which the fit begins; the start of the
+  // corners must then be good to half a pixel. It must outlive the call.
   const TagFitRest* rest = nullptr;
   // Prior standard deviation of the shift of borders between black and white, px: by ink that
   // spreads, and by bloom of bright paper, each. Corners are reported without the shift. Zero: no

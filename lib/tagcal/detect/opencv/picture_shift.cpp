@@ -35,7 +35,7 @@ std::optional<Eigen::Vector2d> PictureShift::of(const Eigen::AlignedBox2d& box) 
   const cv::Rect whole(0, 0, now_.pixels.width(), now_.pixels.height());
   const Eigen::Vector2i first = (box.min() / before_.factor).cast<int>();
   const Eigen::Vector2i last = (box.max() / before_.factor).cast<int>();
-  // Of a board that fills the picture the part whose shifts lie inside.
+  // A board that fills the picture is compared by the part that stays inside after any shift.
   const cv::Rect inner(kReach, kReach, whole.width - 2 * kReach, whole.height - 2 * kReach);
   const cv::Rect part =
       cv::Rect(first.x(), first.y(), last.x() - first.x() + 1, last.y() - first.y() + 1) & inner;

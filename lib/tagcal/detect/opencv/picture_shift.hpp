@@ -24,9 +24,9 @@ class PictureShift {
   PictureShift(const ReducedPicture& before, const ReducedPicture& now)
       : before_(before), now_(now) {}
 
-  // Where the pixels in the box are most similar, up to an eighth of the picture's longer side
-  // away; good to half a pixel of the reduced picture. No value if they are nowhere similar, or
-  // hardly in the picture.
+  // The shift at which the pixels in the box are most similar, up to an eighth of the picture's
+  // longer side; good to half a pixel of the reduced picture. No value if they are nowhere similar,
+  // or hardly in the picture.
   std::optional<Eigen::Vector2d> of(const Eigen::AlignedBox2d& box) const;
 
  private:

@@ -41,15 +41,19 @@ PictureSearch::PictureSearch(const std::vector<PlacedBoard>& boards, const Detec
       circles_(boards, options) {}
 
 DetectedPicture PictureSearch::find(const ImageView8& image, const std::string& name) {
-  return find(image, name, {});
+  return find(image, name, false);
+}
+
+DetectedPicture PictureSearch::find_first(const ImageView8& image, const std::string& name) {
+  return find(image, name, true);
 }
 
 DetectedPicture PictureSearch::find_next(const ImageView8& image, const std::string& name) {
-  return find(image, name, std::exchange(last_, std::nullopt));
+  return find(image, name, true, std::exchange(last_, std::nullopt));
 }
 
 DetectedPicture PictureSearch::find(const ImageView8& image, const std::string& name,
-                                    std::optional<Seen> before) {
+                                    bool in_sequence, std::optional<Seen> before) {
   last_.reset();
   has_followed_ = false;
   check_size(camera_, image.size(), name);
@@ -67,7 +71,9 @@ DetectedPicture PictureSearch::find(const ImageView8& image, const std::string& 
         "{}: is a raw mosaic (levels of even and odd pixels differ by a factor of {:.1f}): their "
         "levels were made equal",
         name, picture.gain));
-  search(picture.pixels, name, std::move(before), found);
+  Seen seen;
+  if (in_sequence) seen.reduced = ReducedPicture(picture.pixels);
+  search(picture.pixels, name, std::move(before), std::move(seen), found);
   return found;
 }
 
@@ -89,13 +95,12 @@ bool PictureSearch::follow(const ImageView8& image, const Seen& before, Seen& se
 }
 
 void PictureSearch::search(const ImageView8& image, const std::string& name,
-                           std::optional<Seen> before, DetectedPicture& found) {
+                           std::optional<Seen> before, Seen seen, DetectedPicture& found) {
   if (!searches_.empty() && std::max(image.width(), image.height()) > kMaxPictureSidePx)
     found.warnings.push_back(
         fmt::format("{}: wider or higher than {} pixels, is not searched "
                     "for tags at its full size",
                     name, kMaxPictureSidePx));
-  Seen seen{ReducedPicture(image), {}, {}};
   has_followed_ = before && follow(image, *before, seen);
   if (!has_followed_) {
     seen.tags.clear();

@@ -21,6 +21,8 @@ class PictureSearch {
 
   // Searches a picture: detect() without the error of corners beyond their fits.
   DetectedPicture find(const ImageView8& image, const std::string& name);
+  // The same for the first picture of a sequence.
+  DetectedPicture find_first(const ImageView8& image, const std::string& name);
   // The same for the picture after the last one of a sequence: looks where the boards were, and
   // searches all of it if that one did not show every board, or if anything is lost.
   DetectedPicture find_next(const ImageView8& image, const std::string& name);
@@ -28,17 +30,17 @@ class PictureSearch {
   bool has_followed() const { return has_followed_; }  // the last picture was not searched
 
  private:
-  // What a picture shows of tags and squares.
+  // The tags and squares that were found in a picture.
   struct Seen {
-    ReducedPicture reduced;
+    ReducedPicture reduced;      // empty for a picture that is not in a sequence
     std::vector<SeenTags> tags;  // of each search
     std::vector<SeenChecker> checkers;
   };
 
-  DetectedPicture find(const ImageView8& image, const std::string& name,
-                       std::optional<Seen> before);
+  DetectedPicture find(const ImageView8& image, const std::string& name, bool in_sequence,
+                       std::optional<Seen> before = {});
   void search(const ImageView8& image, const std::string& name, std::optional<Seen> before,
-              DetectedPicture& found);
+              Seen seen, DetectedPicture& found);
   void search(const ImageView8& image, Seen& seen);
   bool follow(const ImageView8& image, const Seen& before, Seen& seen);
   void add_tags(const ImageView8& image, const std::string& name, DetectedPicture& found) const;

@@ -45,6 +45,7 @@ class HandeyeEquations {
   static std::optional<HandeyeEquations> at(const HandeyeProblem& problem,
                                             const HandeyeState& state);
 
+  // Parameters that all views share: two places of 6 each, and the offset of time.
   static constexpr int kShared = 13;
   using Shared = Eigen::Matrix<double, kShared, 1>;
   using SharedSquare = Eigen::Matrix<double, kShared, kShared>;

@@ -22,7 +22,7 @@ struct BetterReading {
 std::optional<BetterReading> better_reading(std::span<const HandeyePair> views, CameraMount mount,
                                             const HandeyeScale& scale);
 
-// Whether disagreements of that many views can show that another reading fits much better.
+// True if the disagreements of that many views can show that another reading fits much better.
 bool can_show_reading(std::size_t num_views);
 
 }  // namespace tagcal::internal
