@@ -3,14 +3,15 @@
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 
-#include "tagcal/detect/policy/policy.hpp"
-
 namespace tagcal::internal {
 namespace {
 
 constexpr int kReducedSide = 160;         // numeric: px, a limit of work
 constexpr int kReach = kReducedSide / 8;  // numeric: a limit of work
-constexpr int kLeastSide = 8;             // numeric: px of the part that is compared
+// numeric: a correlation. It saves time only, as tags are read where the shift leads; with 0.35 and
+// 0.7 the same 295 of 300 frames of the study tracking are followed.
+constexpr double kLeastSimilar = 0.5;
+constexpr int kLeastSide = 8;  // numeric: px of the part that is compared
 
 cv::Mat mat_of(const ImageView8& image) {
   // OpenCV reads the pixels only.
@@ -48,7 +49,7 @@ std::optional<Eigen::Vector2d> PictureShift::of(const Eigen::AlignedBox2d& box) 
   double most = 0;
   cv::Point at;
   cv::minMaxLoc(similar, nullptr, &most, nullptr, &at);
-  if (!(most > policy::kLeastSimilar)) return std::nullopt;
+  if (!(most > kLeastSimilar)) return std::nullopt;
   return before_.factor * Eigen::Vector2d(at.x - kReach, at.y - kReach);
 }
 

@@ -210,10 +210,6 @@ inline constexpr double kBoardWrongCornerPx = 1;
 inline constexpr double kBoardMaxChance = 5e-4;
 inline constexpr double kBoardMaxChanceIfRefuted = 1e-5;
 
-// Correlation of a board's part of one frame with its place in the next, at least. Source: none;
-// chosen by hand. It saves time only: tags are read, and corners fitted, where it leads.
-inline constexpr double kLeastSimilar = 0.5;
-
 // ---- The lens of a picture, from the tags of one panel
 
 // Corners that determine lens and pose: twice as many equations (48) as the 14 parameters, and some
