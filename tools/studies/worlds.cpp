@@ -5,10 +5,7 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <fstream>
 #include <map>
-#include <mutex>
-#include <set>
 
 #include "job/arguments.hpp"
 #include "studies/studies.hpp"
@@ -19,14 +16,13 @@
 #include "studies/worlds/summary.hpp"
 #include "studies/worlds/totals.hpp"
 #include "tagcal/error.hpp"
-#include "tagcal/internal/parallel.hpp"
 #include "tagcal/io/dataset_file.hpp"
 #include "tagcal/io/scene_file.hpp"
 #include "tagcal/io/target_file.hpp"
 #include "tagcal/io/text_file.hpp"
 
 namespace tagcal {
-using namespace internal;
+using namespace study;
 namespace {
 
 namespace fs = std::filesystem;
@@ -44,56 +40,48 @@ struct Arguments {
   int threads = 2;
 };
 
-// Appends lines to a file from several threads. A line that was cut short by a stop is removed.
-class RecordFile {
- public:
-  explicit RecordFile(const std::string& file) {
-    std::string text = record_header();
-    if (fs::exists(file)) {
-      for (const Record& r : read_records(file)) {
-        done_.insert(r);
-        text += record_line(r);
-      }
-    }
-    write_whole(file, text);
-    out_.open(file, std::ios::app);
-  }
-
-  bool has(const WorldId& id) const { return done_.contains(id); }
-
-  void add(const Record& record) {
-    const std::scoped_lock lock(mutex_);
-    out_ << record_line(record) << std::flush;
-    if (!out_) throw Error("the file of worlds cannot be written");
-  }
-
- private:
-  std::set<WorldId> done_;
-  std::ofstream out_;
-  std::mutex mutex_;
-};
+// One task: the worlds of a seed, a mode and switches, so that a file may have those of several.
+Study study_of(const WorldId& id) {
+  const auto measure = [id](std::uint64_t index) {
+    WorldId one = id;
+    one.index = index;
+    return std::vector<Values>{record_values(judge(draw_world(one)))};
+  };
+  const std::string task = fmt::format("{} {}{}", id.mode, id.seed, id.switches);
+  return {.name = "worlds",
+          .summary = "",
+          .columns = record_columns(),
+          .tasks = [=](const StudyOptions&) {
+            return std::vector<Task>{{task, measure}};
+          }};
+}
 
 int run(const Arguments& arguments) {
-  RecordFile file(arguments.out);
-  std::vector<WorldId> missing;
-  WorldId id = arguments.id;
-  const std::uint64_t count = arguments.count > 0 ? arguments.count : kWorlds;
-  for (id.index = arguments.first; id.index < arguments.first + count; ++id.index)
-    if (!file.has(id)) missing.push_back(id);
-  parallel_for(missing.size(), arguments.threads,
-               [&](std::size_t i) { file.add(judge(draw_world(missing[i]))); });
-  fmt::print("{}: {} worlds added, {} were there\n", arguments.out, missing.size(),
-             count - missing.size());
+  const Study study = study_of(arguments.id);
+  const StudyOptions options{
+      .first = arguments.first,
+      .count = static_cast<int>(arguments.count > 0 ? arguments.count : kWorlds),
+      .threads = arguments.threads,
+      .csv = arguments.out};
+  int added = 0;
+  run_study(study, options, [&](int, int missing) { added = missing; });
+  fmt::print("{}: {} worlds added, {} were there\n", arguments.out, added, options.count - added);
   return 0;
 }
 
-// The records of all files, each world once.
-std::vector<Record> merged(const std::vector<std::string>& files) {
-  std::map<WorldId, Record> all;
+// The rows of all files, each world once.
+std::vector<Row> merged_rows(const std::vector<std::string>& files) {
+  std::map<WorldId, Row> all;
   for (const std::string& file : files)
-    for (const Record& r : read_records(file)) all[r] = r;
+    for (Row& row : read_rows(study_of({}), file)) all[record_of(row)] = std::move(row);
+  std::vector<Row> rows;
+  for (auto& [id, row] : all) rows.push_back(std::move(row));
+  return rows;
+}
+
+std::vector<Record> merged(const std::vector<std::string>& files) {
   std::vector<Record> records;
-  for (const auto& [id, record] : all) records.push_back(record);
+  for (const Row& row : merged_rows(files)) records.push_back(record_of(row));
   return records;
 }
 
@@ -109,13 +97,9 @@ std::vector<Record> worst_of(const Arguments& arguments) {
 }
 
 int merge(const Arguments& arguments) {
-  const std::vector<Record> records = merged(arguments.files);
-  if (!arguments.out.empty()) {
-    std::string text = record_header();
-    for (const Record& r : records) text += record_line(r);
-    write_whole(arguments.out, text);
-  }
-  const std::string table = summary(records);
+  if (!arguments.out.empty())
+    write_whole(arguments.out, rows_text(study_of({}), {}, merged_rows(arguments.files)));
+  const std::string table = summary(merged(arguments.files));
   if (!arguments.page.empty()) write_whole(arguments.page, table);
   fmt::print("{}\nworst\n", table);
   for (const Record& r : worst_of(arguments)) fmt::print("{}\n", one_line(r));

@@ -22,12 +22,12 @@ endfunction()
 
 # Sets `variable` to a record without its processor times.
 function(record_of index mode file variable)
-  file(STRINGS ${file} lines REGEX "^1,${index},${mode},,")
+  file(STRINGS ${file} lines REGEX "^${mode} 1,${index},1,")
   list(LENGTH lines count)
   if(NOT count EQUAL 1)
     message(FATAL_ERROR "${file} has ${count} records of world ${index}")
   endif()
-  string(REGEX REPLACE "^1,${index},${mode},,[^,]*,[^,]*,[^,]*,[^,]*," "" record "${lines}")
+  string(REGEX REPLACE "^${mode} 1,${index},1,${mode},,[^,]*,[^,]*,[^,]*,[^,]*," "" record "${lines}")
   set(${variable} "${record}" PARENT_SCOPE)
 endfunction()
 
@@ -75,7 +75,7 @@ endif()
 # Switches.
 worlds("1 worlds added, 0 were there" run --corners-only --with rows,bend --without twist,aspect
        --count 1 --out ${SCRATCH}/c.csv)
-file(STRINGS ${SCRATCH}/c.csv bent REGEX "^1,0,corners,[+]bend[+]rows-aspect-twist,.*,bend[+]rows,")
+file(STRINGS ${SCRATCH}/c.csv bent REGEX "^corners 1[+]bend[+]rows-aspect-twist,0,1,.*,bend[+]rows,")
 if(NOT bent)
   message(FATAL_ERROR "no bent world with sheared rows in ${SCRATCH}/c.csv")
 endif()

@@ -35,13 +35,17 @@ Value value_of(const std::string& text) {
 }
 
 // The lines above the rows: what was asked for, and the names of the columns.
-std::string head_of(const Study& study, const StudyOptions& options) {
+std::string options_line(const Study& study, const StudyOptions& options) {
   std::string text = "# tagcal-study " + study.name;
   for (const auto& [name, value] : options.named) text += fmt::format(" --{} {}", name, value);
   for (const std::string& input : options.inputs) text += " " + input;
+  return text + "\n";
+}
+
+std::string columns_line(const Study& study) {
   std::vector<std::string> fields = {"task", "trial"};
   fields.insert(fields.end(), study.columns.begin(), study.columns.end());
-  return text + "\n" + csv_line(fields);
+  return csv_line(fields);
 }
 
 std::string line_of(const Row& row) {
@@ -62,14 +66,11 @@ Row row_of(const std::string& line, std::size_t num_columns, const std::string& 
 // The rows of a study, and the file that keeps them.
 class Rows {
  public:
-  Rows(const Study& study, const StudyOptions& options)
-      : file_(options.csv), head_(head_of(study, options)) {
-    if (file_.empty() || !std::filesystem::exists(file_)) return;
-    const std::string text = read_text(file_.string());
-    if (!text.starts_with(head_))
-      throw Error(file_.string() + ": was made with other options; name another file");
-    for (std::size_t at = head_.size(), end; (end = text.find('\n', at)) != text.npos; at = end + 1)
-      add(row_of(text.substr(at, end - at), study.columns.size(), file_.string()));
+  Rows(const Study& study, const StudyOptions& options) : study_(study), options_(options) {
+    if (options.csv.empty() || !std::filesystem::exists(options.csv)) return;
+    if (!read_text(options.csv.string()).starts_with(rows_text(study, options, {})))
+      throw Error(options.csv.string() + ": was made with other options; name another file");
+    for (Row& row : read_rows(study, options.csv)) add(std::move(row));
   }
 
   bool has(const std::string& task, std::uint64_t trial) const {
@@ -92,10 +93,7 @@ class Rows {
 
   void save() {
     saved_ = std::chrono::steady_clock::now();
-    if (file_.empty()) return;
-    std::string text = head_;
-    for (const Row& row : rows_) text += line_of(row);
-    write_whole(file_, text);
+    if (!options_.csv.empty()) write_whole(options_.csv, rows_text(study_, options_, rows_));
   }
 
   const std::vector<Row>& rows() const { return rows_; }
@@ -106,8 +104,8 @@ class Rows {
     rows_.push_back(std::move(row));
   }
 
-  std::filesystem::path file_;
-  std::string head_;
+  const Study& study_;
+  const StudyOptions& options_;
   std::vector<Row> rows_;
   std::set<std::pair<std::string, std::uint64_t>> done_;
   std::mutex mutex_;
@@ -132,6 +130,27 @@ void ask_further(const Task& task, const StudyOptions& options, const Rows& rows
 }
 
 }  // namespace
+
+std::vector<Row> read_rows(const Study& study, const std::filesystem::path& file) {
+  const std::string text = read_text(file.string()), columns = columns_line(study);
+  const std::size_t head = text.find('\n') + 1;  // the options
+  if (!text.starts_with("# tagcal-study " + study.name) ||
+      text.compare(head, columns.size(), columns) != 0)
+    throw Error(file.string() + ": is not a file of tagcal-study " + study.name +
+                ", or one with other columns");
+  std::vector<Row> rows;
+  // A line without an end was cut when the program was stopped.
+  for (std::size_t at = head + columns.size(), end; (end = text.find('\n', at)) != text.npos;
+       at = end + 1)
+    rows.push_back(row_of(text.substr(at, end - at), study.columns.size(), file.string()));
+  return rows;
+}
+
+std::string rows_text(const Study& study, const StudyOptions& options, std::span<const Row> rows) {
+  std::string text = options_line(study, options) + columns_line(study);
+  for (const Row& row : rows) text += line_of(row);
+  return text;
+}
 
 std::vector<Row> run_study(const Study& study, const StudyOptions& options,
                            const std::function<void(int, int)>& progress) {

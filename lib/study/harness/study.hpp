@@ -91,6 +91,10 @@ struct Study {
 std::vector<Row> run_study(const Study& study, const StudyOptions& options,
                            const std::function<void(int, int)>& progress = {});
 
+// The rows of a file that run_study wrote with any options. Throws Error for other columns.
+std::vector<Row> read_rows(const Study& study, const std::filesystem::path& file);
+std::string rows_text(const Study& study, const StudyOptions& options, std::span<const Row> rows);
+
 // The tables in Markdown.
 std::string tables_text(const Study& study, std::span<const Row> rows);
 

@@ -1,13 +1,9 @@
 #include "record.hpp"
 
-#include <fmt/format.h>
-
-#include <charconv>
+#include <iterator>
 #include <variant>
 
-#include "study/harness/csv.hpp"
 #include "tagcal/error.hpp"
-#include "tagcal/io/text_file.hpp"
 
 namespace tagcal {
 namespace {
@@ -22,7 +18,6 @@ struct Column {
 
 const Column kColumns[] = {
     {"seed", &Record::seed},
-    {"index", &Record::index},
     {"mode", &Record::mode},
     {"switches", &Record::switches},
     {"render_s", &Record::render_s},
@@ -97,69 +92,45 @@ const Column kColumns[] = {
     {"findings", &Record::findings},
 };
 
-std::string text_of(const Record& record, std::uint64_t Record::*field) {
-  return std::to_string(record.*field);
-}
-std::string text_of(const Record& record, int Record::*field) {
-  return std::to_string(record.*field);
-}
-std::string text_of(const Record& record, double Record::*field) {
-  return fmt::format("{:.6g}", record.*field);
-}
-std::string text_of(const Record& record, std::string Record::*field) { return record.*field; }
-
+study::Value value_of(const std::string& text) { return text; }
 template <typename Number>
-bool parse(std::string_view text, Number& number) {
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  return error == std::errc() && end == text.data() + text.size();
-}
-bool parse(std::string_view text, std::string& value) {
-  value = text;
-  return true;
+study::Value value_of(Number number) {
+  return static_cast<double>(number);
 }
 
-bool parse_record(std::string_view line, Record& record) {
-  const std::vector<std::string> texts = study::csv_cells(line);
-  if (texts.size() != std::size(kColumns)) return false;
-  for (std::size_t i = 0; i < texts.size(); ++i) {
-    const auto read = [&](auto field) { return parse(texts[i], record.*field); };
-    if (!std::visit(read, kColumns[i].field)) return false;
-  }
-  return true;
+// An empty text is read as a NaN (StudyOptions::csv).
+void read(const study::Value& value, std::string& text) {
+  const auto* found = std::get_if<std::string>(&value);
+  text = found ? *found : "";
+}
+template <typename Number>
+void read(const study::Value& value, Number& number) {
+  const auto* found = std::get_if<double>(&value);
+  if (!found) throw Error("a row of worlds has text where a number belongs");
+  number = static_cast<Number>(*found);
 }
 
 }  // namespace
 
-std::string record_header() {
+std::vector<std::string> record_columns() {
   std::vector<std::string> names;
   for (const Column& column : kColumns) names.emplace_back(column.name);
-  return study::csv_line(names);
+  return names;
 }
 
-std::string record_line(const Record& record) {
-  std::vector<std::string> fields;
+study::Values record_values(const Record& record) {
+  study::Values values;
   for (const Column& column : kColumns)
-    fields.push_back(std::visit([&](auto field) { return text_of(record, field); }, column.field));
-  return study::csv_line(fields);
+    values.push_back(std::visit([&](auto field) { return value_of(record.*field); }, column.field));
+  return values;
 }
 
-std::vector<Record> read_records(const std::string& file) {
-  const std::string text = read_text(file);
-  std::vector<Record> records;
-  std::string_view rest = text;
-  if (!rest.starts_with(record_header()))
-    throw Error(file + ": is not a file of worlds, or one with other columns");
-  rest.remove_prefix(record_header().size());
-  for (int number = 2; !rest.empty(); ++number) {
-    const std::size_t end = rest.find('\n');
-    if (end == std::string_view::npos) break;  // the program was stopped within the line
-    Record record;
-    if (!parse_record(rest.substr(0, end), record))
-      throw Error(fmt::format("{}: line {} is not a world", file, number));
-    records.push_back(record);
-    rest.remove_prefix(end + 1);
-  }
-  return records;
+Record record_of(const study::Row& row) {
+  Record record;
+  record.index = row.trial;
+  for (std::size_t i = 0; i < std::size(kColumns); ++i)
+    std::visit([&](auto field) { read(row.values[i], record.*field); }, kColumns[i].field);
+  return record;
 }
 
 }  // namespace tagcal

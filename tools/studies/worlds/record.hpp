@@ -3,12 +3,12 @@
 #include <cstdint>
 #include <limits>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "defects.hpp"
+#include "study/harness/study.hpp"
 
-// A world and its result: one line of a CSV file.
+// A world and its result.
 
 namespace tagcal {
 
@@ -72,11 +72,9 @@ struct Record : WorldId {
 // exceeds five standard deviations: sqrt(-2 ln p).
 inline constexpr double kFiveSigma2 = 5.3613;
 
-std::string record_header();
-std::string record_line(const Record& record);  // both end with a newline
-
-// The records of a file, without a last line that was cut short. Throws Error for another kind of
-// file.
-std::vector<Record> read_records(const std::string& file);
+// A record as a row of a study, whose trial is the index of the world.
+std::vector<std::string> record_columns();
+study::Values record_values(const Record& record);
+Record record_of(const study::Row& row);  // throws Error for text in the place of a number
 
 }  // namespace tagcal
