@@ -71,7 +71,7 @@ TEST_F(CliBag, FramesThatAddMostAreUsed) {
   EXPECT_LT(int{nlohmann::json::parse(goal.out).at("frames").at("used")}, used) << goal.err;
   const Outcome all = run(calibrate + path("a.mcap") + " --frames all");
   EXPECT_TRUE(nlohmann::json::parse(all.out).at("frames").is_null());
-  for (const std::string option :
+  for (const std::string& option :
        {"--keep " + path("k"), std::string("--until 1px"), std::string("--explain")}) {
     const Outcome wrong = run(calibrate + path("a.mcap") + " --frames all " + option);
     EXPECT_EQ(wrong.exit_code, 2);

@@ -67,12 +67,18 @@ void check_folder(const fs::path& folder) {
     throw Error(fmt::format("{}: is a data set; give its image folder", folder.string()));
 }
 
-Board target_of(const Arguments& arguments, std::vector<std::string>& warnings) {
+struct Target {
+  Board board;
+  std::vector<std::string> warnings;
+};
+
+Target target_of(const Arguments& arguments) {
   std::optional<double> size;
   if (arguments.tag_size_m > 0) size = arguments.tag_size_m;
-  Board board = read_target(arguments.target, {}, &warnings, size);
-  check_detectable({{board, {}}}, arguments.target);
-  return board;
+  Target target;
+  target.board = read_target(arguments.target, {}, &target.warnings, size);
+  check_detectable({{target.board, {}}}, arguments.target);
+  return target;
 }
 
 WatchSettings settings_of(const Arguments& arguments) {
@@ -105,8 +111,7 @@ int run_rig(const Arguments& arguments) {
                                       : fs::path(arguments.out);
   check_text_writable(options.out);
   check_replaces_nothing({options.out}, {arguments.target});
-  std::vector<std::string> warnings;
-  const Board board = target_of(arguments, warnings);
+  Target target = target_of(arguments);
   std::vector<WatchedCamera> cameras;
   for (std::size_t c = 0; c < names.size(); ++c) {
     const fs::path folder = arguments.folders[c];
@@ -114,26 +119,23 @@ int run_rig(const Arguments& arguments) {
     cameras.push_back(
         {names[c], folder,
          std::make_unique<WatchedPictures>(
-             folder, board,
+             folder, target.board,
              WatchedPictures::Options{arguments.threads, cache, Interruption::requested})});
   }
-  return RigSession(std::move(options), std::move(cameras), std::move(warnings)).run();
+  return RigSession(std::move(options), std::move(cameras), std::move(target.warnings)).run();
 }
 
-int watch(const Arguments& arguments, WatchOptions options, const fs::path& cache) {
+int watch(const Arguments& arguments, WatchOptions options, Target target, const fs::path& cache) {
   check_text_writable(options.out);
   check_replaces_nothing({options.out}, {arguments.target});
-  std::vector<std::string> warnings;
-  Board board = target_of(arguments, warnings);
-  WatchedPictures pictures(options.folder, std::move(board),
+  WatchedPictures pictures(options.folder, std::move(target.board),
                            {arguments.threads, cache, Interruption::requested});
-  return WatchSession(std::move(options), pictures, std::move(warnings)).run();
+  return WatchSession(std::move(options), pictures, std::move(target.warnings)).run();
 }
 
 // A live video on stdin.
 int run_live(const Arguments& arguments) {
-  std::vector<std::string> warnings;
-  target_of(arguments, warnings);  // its errors come before a folder is made
+  Target target = target_of(arguments);  // its errors come before a folder is made
   const CalibrateOptions calibration = calibrate_options(arguments);
   WatchSettings settings = settings_of(arguments);
   settings.out = arguments.out.empty() ? "camera.yaml" : arguments.out;
@@ -143,7 +145,7 @@ int run_live(const Arguments& arguments) {
     return frames.has_ended();
   };
   return watch(arguments, {settings, frames.folder(), "the video on stdin", calibration, has_ended},
-               {});
+               std::move(target), {});
 }
 
 int run(const Arguments& arguments) {
@@ -159,7 +161,7 @@ int run(const Arguments& arguments) {
   options.out =
       arguments.out.empty() ? default_out(options.folder, ".camera.yaml") : fs::path(arguments.out);
   const fs::path cache = cache_of(arguments, options.out);
-  return watch(arguments, std::move(options), cache);
+  return watch(arguments, std::move(options), target_of(arguments), cache);
 }
 
 // The calibration, and when it ends.
@@ -195,10 +197,10 @@ Command add_watch(CLI::App& app) {
   CLI::App* command =
       add_command(app, "watch", "calibrate while pictures are being taken: what to show next");
   const auto arguments = std::make_shared<Arguments>();
-  add_option(
-      *command, "FOLDER", arguments->folders,
-      "the folder into which the pictures come, or - for the MJPEG video of a camera on stdin; "
-      "with --rig a folder for each camera")
+  add_option(*command, "FOLDER", arguments->folders,
+             "the folder into which the pictures come, or - for the video of a camera on stdin "
+             "(MJPEG, Y4M); "
+             "with --rig a folder for each camera")
       .required();
   add_flag(*command, "--rig", arguments->rig,
            "several cameras on one body: which pair needs the board next");

@@ -3,32 +3,20 @@
 #include <atomic>
 #include <filesystem>
 #include <memory>
-#include <optional>
 #include <string>
-#include <string_view>
 #include <system_error>
 #include <thread>
 
 #include "job/frame_motion.hpp"
 #include "job/interruption.hpp"
+#include "watch/frame_stream.hpp"
 
 namespace tagcal::tools {
 
-// Cuts a stream of JPEG pictures (MJPEG) into its pictures.
-class JpegSplitter {
- public:
-  void add(std::string_view bytes);
-  // The next whole picture. One that the stream breaks off has no end: `at_end` gives the last one,
-  // of which no further picture tells that it is whole.
-  std::optional<std::string> next(bool at_end = false);
-
- private:
-  std::string bytes_;
-};
-
-// The frames of a camera's live video, MJPEG on stdin, as files of a folder that `tagcal watch`
-// follows: one each time that the picture moved and came to rest, so that a frame is a new look at
-// the board, and sharp. Named by their number in the video, "000123.jpg".
+// The frames of a camera's live video on stdin (frame_stream.hpp), as files of a folder that
+// `tagcal watch` follows: one each time that the picture moved and came to rest, so that a frame is
+// a new look at the board, and sharp. Named by their number in the video: "000123.jpg" with the
+// bytes of a JPEG, "000123.png" with the grey of a frame that was not compressed.
 class LiveFrames {
  public:
   // `keep`: a folder that stays, which must not exist yet; "": a temporary one. Throws Error.
@@ -43,7 +31,8 @@ class LiveFrames {
 
  private:
   void read();
-  void take(std::string jpeg);
+  void take(const StreamFrame& frame);
+  void write(const StreamFrame& frame, std::size_t number) const;
 
   bool is_temporary_;
   std::filesystem::path folder_;

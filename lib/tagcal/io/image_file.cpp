@@ -116,10 +116,11 @@ Image8 read_image(const std::filesystem::path& file) {
   return naming(file, [&] {
     if (const auto frame = frame_of(file))
       return frame_sequence(frame->sequence)->grey(frame->frame);
-    const std::string bytes = read_bytes(file);
-    return decode_grey8(*image_decoder(bytes));
+    return decode_image(read_bytes(file));
   });
 }
+
+Image8 decode_image(std::string_view bytes) { return decode_grey8(*image_decoder(bytes)); }
 
 Image8 scaled_to_8_bits(const ImageView16& image) { return scaled_by_brightest(image); }
 

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "tagcal/scene/image.hpp"
@@ -20,6 +21,9 @@ namespace tagcal {
 // cv::imread; an unreadable tag is ignored. Throws Error, naming the file: missing, empty,
 // truncated, not a picture, more than 100 megapixels.
 Image8 read_image(const std::filesystem::path& file);
+
+// The same of a file's bytes, such as those of a camera's stream. Errors have no name.
+Image8 decode_image(std::string_view bytes);
 
 // A 16-bit picture as read_image scales it, for the functions that search 8 bits.
 Image8 scaled_to_8_bits(const ImageView16& image);
