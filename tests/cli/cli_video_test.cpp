@@ -62,7 +62,8 @@ TEST_F(CliVideo, ACalibrationIsWithinItsClaims) {
   const Outcome truth =
       run("validate " + path("camera.yaml") + " --dataset " + path("set") + " --truth");
   EXPECT_EQ(truth.exit_code, 0) << truth.out << truth.err;
-  EXPECT_NE(slurp(root() / "page.html").find("clip@000003"), std::string::npos);
+  const std::string page = slurp(root() / "page.html");
+  EXPECT_NE(page.find(R"("image":"clip@000003","time_s":0.3,)"), std::string::npos);
 }
 
 TEST_F(CliVideo, APipeIsAVideo) {

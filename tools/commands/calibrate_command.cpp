@@ -90,6 +90,7 @@ void write_report(const Arguments& arguments, const CalibrationAnswer& answer, I
   if (!content.advice) content.advice = advise(used.dataset, answer.calibration);
   content.seconds = answer.seconds.total;
   content.pictures = std::move(used.files);
+  content.times_s = std::move(used.times_s);
   content.dataset = std::move(used.dataset);
   content.threads = arguments.job.threads;
   write_page(arguments.report, calibration_page(content));

@@ -141,6 +141,7 @@ PageContent content_from_file(const std::string& file_and_name, Input* input, in
   for (const std::string& warning : input->warnings)
     add(content.calibration.findings, code::input, warning);
   content.pictures = input->files;
+  content.times_s = input->times_s;
   content.dataset = input->dataset;
   add_views(content.dataset, file.camera_error_px, threads, content);
   const std::size_t without = content.dataset.views.size() - content.calibration.views.size();

@@ -21,6 +21,7 @@ struct PageContent {
   std::optional<double> seconds;
   Dataset dataset;  // boards, and views with corners; empty without a data set
   std::map<std::string, std::filesystem::path> pictures;  // files by the names of the views
+  std::map<std::string, double> times_s;                  // as Input::times_s
   std::vector<std::string> notes;  // what the page cannot show, a sentence each
   int threads = 1;                 // 0: one per core
 

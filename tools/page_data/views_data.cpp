@@ -86,8 +86,10 @@ PageJson views_json(const PageContent& content, const std::vector<PageCorner>& c
     const CalibratedView* const estimate = answered ? content.estimate_of(i) : nullptr;
     const bool has_depth = estimate && !estimate->scale_px_per_m;
     names.push_back(content.dataset.views[i].image);
+    const auto time = content.times_s.find(names.back());
     PageJson view = {
         {"image", names.back()},
+        {"time_s", time == content.times_s.end() ? PageJson() : decimals(time->second, 6)},
         {"status", answered ? status_of(content, i) : "no pose"},
         {"num_corners", r.num_corners},
         {"num_rejected", r.num_rejected},

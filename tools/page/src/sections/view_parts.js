@@ -17,5 +17,6 @@ export function captionOf(view) {
   const parts = [isNumber(view.rms_px) ? `RMS ${px(view.rms_px)}` : ""];
   parts.push(count(view.num_corners ?? 0, "corner"));
   if (view.num_rejected) parts.push(`${view.num_rejected} rejected`);
+  if (isNumber(view.time_s)) parts.push(`at ${view.time_s.toFixed(3)} s`);
   return parts.filter(Boolean).join(", ");
 }
