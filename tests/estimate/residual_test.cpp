@@ -87,7 +87,7 @@ TEST(ResidualTest, ResidualsOfAWrongLensAreCorrelated) {
 
 TEST(ResidualTest, WithinAndComplement) {
   const std::vector<double> squares = {0, 24.9, 25.1, 1e9, 3};
-  const std::vector<std::size_t> near = within(squares, 1);
+  const std::vector<std::size_t> near = within(squares, 25);
   EXPECT_EQ(near, (std::vector<std::size_t>{0, 1, 4}));
   EXPECT_EQ(complement(near, 5), (std::vector<std::size_t>{2, 3}));
   EXPECT_EQ(complement({}, 2), (std::vector<std::size_t>{0, 1}));

@@ -24,30 +24,37 @@ double size_px(std::span<const Eigen::Vector2d> pixels) {
   return std::sqrt(std::max(0.0, square / n - (sum / n).squaredNorm()));
 }
 
+constexpr double kOutlierSquare = policy::kOutlierSigmas * policy::kOutlierSigmas;
+
+bool is_self_estimated(const NoiseLevel& noise) { return !noise.known && !noise.assumed; }
+
+// The median of n such squares has a relative standard deviation of 1 / (ln 2 sqrt(n)). The margin
+// keeps points that are inliers by the noise of their own residuals.
+double largest_by_median(bool self_estimated, std::span<const double> squares) {
+  constexpr double kMedianSpread = 1.44;  // numeric: 1 / ln 2
+  const auto n = static_cast<double>(squares.size());
+  const double margin =
+      self_estimated ? 1 + policy::kQuantile1e3 * kMedianSpread / std::sqrt(n) : 1;
+  return margin * kOutlierSquare * robust_variance(squares);
+}
+
 }  // namespace
 
 ResidualTest residual_test(const PoseProblem& problem, const NoiseLevel& noise,
                            std::span<const double> squares, int num_parameters) {
-  constexpr double kOutlierSquare = policy::kOutlierSigmas * policy::kOutlierSigmas;
   const double cost = std::accumulate(squares.begin(), squares.end(), 0.0);
   const double largest = *std::max_element(squares.begin(), squares.end());
   const double freedom = 2 * static_cast<double>(squares.size()) - num_parameters;
   const double variance = noise.sigma_px * noise.sigma_px;
   const double largest_chi_square = chi_square_quantile(freedom, policy::kSignificant);
-  const bool self_estimated = !noise.known && !noise.assumed;  // noise from these very residuals
+  const bool self_estimated = is_self_estimated(noise);
   if (!self_estimated && largest <= kOutlierSquare * variance &&
       cost <= largest_chi_square * variance)
     return ResidualTest::consistent;
-  // The median of n such squares has a relative standard deviation of 1 / (ln 2 sqrt(n)). The
-  // margin keeps points that are inliers by the noise of their own residuals.
-  constexpr double kMedianSpread = 1.44;  // numeric: 1 / ln 2
-  const double n = static_cast<double>(squares.size());
-  const double margin =
-      self_estimated ? 1 + policy::kQuantile1e3 * kMedianSpread / std::sqrt(n) : 1;
   const bool no_outlier = squares.size() < policy::kEnoughForMedian ||
                           (!self_estimated && largest <= kOutlierSquare * variance) ||
-                          largest <= margin * kOutlierSquare * robust_variance(squares);
-  const double rms = std::sqrt(cost / n);
+                          largest <= largest_by_median(self_estimated, squares);
+  const double rms = std::sqrt(cost / static_cast<double>(squares.size()));
   const bool is_small = noise.known
                             ? cost <= kOutlierSquare * freedom * variance
                             : rms <= policy::kLargestNoiseOfImage * size_px(problem.view().pixels);
@@ -96,11 +103,17 @@ bool spatially_correlated(std::span<const Eigen::Vector2d> pixels,
   return neighbours.correlation() > policy::kQuantile1e3 * 2 / std::sqrt(2 * n);
 }
 
-std::vector<std::size_t> within(std::span<const double> squares, double sigma) {
+double largest_inlier_square(const NoiseLevel& noise, std::span<const double> fitted) {
+  const double by_noise = kOutlierSquare * noise.sigma_px * noise.sigma_px;
+  if (!is_self_estimated(noise) || fitted.size() < policy::kEnoughForMedian) return by_noise;
+  return std::min(by_noise, std::max(largest_by_median(true, fitted),
+                                     kOutlierSquare * kLeastPoseSigmaPx * kLeastPoseSigmaPx));
+}
+
+std::vector<std::size_t> within(std::span<const double> squares, double largest) {
   std::vector<std::size_t> result;
   for (std::size_t i = 0; i < squares.size(); ++i)
-    if (squares[i] <= policy::kOutlierSigmas * policy::kOutlierSigmas * sigma * sigma)
-      result.push_back(i);
+    if (squares[i] <= largest) result.push_back(i);
   return result;
 }
 

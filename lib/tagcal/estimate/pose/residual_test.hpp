@@ -38,8 +38,13 @@ class NeighbourCorrelation {
 bool spatially_correlated(std::span<const Eigen::Vector2d> pixels,
                           std::span<const Eigen::Vector2d> residuals);
 
-// Indices of the squares within kOutlierSigmas of sigma, ascending.
-std::vector<std::size_t> within(std::span<const double> squares, double sigma);
+// The largest square of an inlier: kOutlierSigmas of the noise. Noise that was estimated from the
+// squares of the `fitted` points is raised by outliers among them: then at most as many standard
+// deviations by their median, which is what residual_test allows.
+double largest_inlier_square(const NoiseLevel& noise, std::span<const double> fitted);
+
+// Indices of the squares up to the largest, ascending.
+std::vector<std::size_t> within(std::span<const double> squares, double largest);
 
 // Returns the indices below n that are not in an ascending list.
 std::vector<std::size_t> complement(std::span<const std::size_t> chosen, std::size_t n);

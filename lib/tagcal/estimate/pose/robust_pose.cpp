@@ -134,8 +134,11 @@ RobustPose<N> update_inliers(std::span<const Correspondence> correspondences, co
     const ViewState& best = result.fit->best().state;
     const Pose camera_from_all = pose_of(best) * result.problem->spread().plane_from_target_pose() *
                                  all_from_target.inverse();
+    const std::span<const double> squares = residuals.at(state_of(camera_from_all, best.focal_px));
+    std::vector<double> fitted;
+    for (const std::size_t i : chosen) fitted.push_back(squares[i]);
     std::vector<std::size_t> next =
-        within(residuals.at(state_of(camera_from_all, best.focal_px)), result.fit->noise.sigma_px);
+        within(squares, largest_inlier_square(result.fit->noise, fitted));
     std::erase_if(next, is_shifted);
     if (next == chosen) break;
     chosen = next;
