@@ -186,6 +186,7 @@ CalibrationInput calibration_input(const Dataset& dataset, const CalibrateOption
     CalibrationView prepared = calibration_view(dataset.views[v], v, points, input.whitened);
     outside += num_outside(prepared.problem.correspondences, dataset.image_size);
     num_corners += prepared.ids.size();
+    if (dataset.views[v].observations.empty()) continue;  // the search for corners says why
     if (!determines_pose(prepared)) {
       add(input.findings, code::view_unusable,
           prepared.name() +
