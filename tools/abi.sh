@@ -7,6 +7,7 @@
 # each on one core); the earlier one is kept.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
+source tools/usage.sh
 
 earlier=${1:-$(git describe --tags --abbrev=0 2>/dev/null || true)}
 if [ -z "$earlier" ]; then

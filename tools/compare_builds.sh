@@ -6,6 +6,7 @@
 # The first preset is what the others are compared with. A build takes about ten minutes on one core.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
+source tools/usage.sh
 presets=("$@")
 [ ${#presets[@]} -gt 0 ] || presets=(release clang dev)
 

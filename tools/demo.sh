@@ -4,6 +4,7 @@
 # instead of building one.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
+source tools/usage.sh
 
 if [ $# -eq 0 ]; then
   tagcal=build/release/tools/tagcal

@@ -10,6 +10,7 @@
 # tools/setup.sh --checks.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
+source tools/usage.sh
 
 names=$(basename --suffix=_fuzz.cpp --multiple tests/fuzz/*_fuzz.cpp | tr '\n' ' ')
 log=build/fuzz/pieces.tsv

@@ -12,6 +12,7 @@
 #                  the library there (400 MB)
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
+source tools/usage.sh
 source tools/clean_debian.sh
 
 setup=(./tools/setup.sh)
@@ -21,10 +22,6 @@ for option in "$@"; do
     --python) setup+=(--python) ;;
     --check) check=demo ;;
     --check-library) check=library ;;
-    --help | -h)
-      sed -n '2,/^[^#]/s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"
-      exit 0
-      ;;
     *)
       echo "package.sh: $option: unknown option (known: --python, --check, --check-library, --help)" >&2
       exit 2

@@ -6,6 +6,7 @@
 # Named pieces are made again in any case. Times in charts need a machine that is idle.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
+source tools/usage.sh
 if [ "${1:-}" != --list ]; then
   ./tools/configure.sh release >/dev/null
   cmake --build build/release --parallel "${JOBS:-$(nproc)}" --target tagcal_command tagcal_study_command >/dev/null

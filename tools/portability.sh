@@ -8,6 +8,7 @@
 # Where no clean Debian can be made it is skipped, with a line that says why.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
+source tools/usage.sh
 source tools/clean_debian.sh
 
 release=trixie
@@ -23,10 +24,6 @@ while [ $# -gt 0 ]; do
     --release)
       release=${2:?portability.sh: --release: needs a name}
       shift
-      ;;
-    --help | -h)
-      sed -n '2,/^[^#]/s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"
-      exit 0
       ;;
     *)
       echo "portability.sh: $1: unknown option (known: --tests, --package, --release, --help)" >&2

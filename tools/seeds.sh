@@ -6,6 +6,7 @@
 #   tools/seeds.sh [SEEDS=50] [SCENE=data-synthetic/scenes/desk.yaml]
 set -euo pipefail
 cd "$(dirname "$0")/.."
+source tools/usage.sh
 seeds=${1:-50}
 scene=${2:-data-synthetic/scenes/desk.yaml}
 tagcal=build/release/tools/tagcal

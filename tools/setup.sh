@@ -8,6 +8,7 @@
 # preset `clang` need. `--no-build` installs only.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
+source tools/usage.sh
 
 packages=(
   build-essential g++ cmake ninja-build ccache pkg-config file

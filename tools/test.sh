@@ -8,6 +8,7 @@
 #                            sees values that were never set; what it says is in build/valgrind
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
+source tools/usage.sh
 
 preset=release
 build=release
