@@ -28,7 +28,6 @@ struct CheckerView {
   Camera camera;
   Board board;
   Image8 image;
-  Image8 quiet;                                 // with noise of half a level
   std::map<CornerId, Eigen::Vector2d> corners;  // those in the picture
   double least_px = 0;                          // between corners
   // True if all corners are seen, and what is printed about them.
@@ -44,7 +43,7 @@ inline double step_m(const Board& board) {
 // A board before a camera, black 30, white 220, tilted to a random side.
 inline CheckerView checker_view(const Board& board, const Camera& camera,
                                 const CheckerViewSpec& spec, Random& random) {
-  CheckerView view{camera, board, {}, {}, {}, std::numeric_limits<double>::max(), true};
+  CheckerView view{camera, board, {}, {}, std::numeric_limits<double>::max(), true};
   const std::vector<TargetPoint> points = target_points(board);
   Scene scene;
   scene.camera = camera;
@@ -88,8 +87,6 @@ inline CheckerView checker_view(const Board& board, const Camera& camera,
   }
   const ImageF light = render_light(scene, tag_families(scene.boards), pose);
   view.image = expose(light, scene.sensor, random.next());
-  scene.sensor.noise_levels = 0.5;
-  view.quiet = expose(light, scene.sensor, random.next());
   return view;
 }
 

@@ -1,7 +1,8 @@
 // Measures the corners of rendered checkerboards (docs/trust/corners.md) on the same pixels: the
 // fit of detect() with the lens unknown and known, cv::cornerSubPix from 0.3 px off the truth, and
 // cv::findChessboardCornersSB, beside the Cramer-Rao bound of the noise: the covariance of a fit
-// under the true lens to the picture with next to no noise, scaled to the noise and its rounding.
+// under the true lens to the picture with more noise, scaled to the noise and its rounding. (With
+// next to no noise the misfit of the model counts.)
 // Tasks: boards of one size, tilt, blur and noise; and boards and ChArUco boards of any, through
 // three lenses, for the share that is found; and grids of circles under strong lenses, beside
 // cv::findCirclesGrid. A corner is wrong if it is off by more than 0.5 px. With inputs: pictures in
@@ -19,10 +20,10 @@ namespace tagcal {
 using namespace study;
 namespace {
 
-const CheckerViewSpec kSpecs[] = {{10, 30, .8, 2}, {15, 0, .8, 2},   {15, 30, .8, 2},
-                                  {15, 30, .5, 2}, {15, 30, 1.5, 2}, {20, 30, .8, 2},
-                                  {20, 60, .8, 2}, {20, 30, .8, 8},  {20, 30, .8, 0},
-                                  {30, 30, .8, 2}, {50, 30, .8, 2}};
+const CheckerViewSpec kSpecs[] = {{10, 30, .8, 2},    {15, 0, .8, 2},   {15, 30, .8, 2},
+                                  {15, 30, .5, 2},    {15, 30, 1.5, 2}, {20, 30, .8, 2},
+                                  {20, 60, .8, 2},    {20, 30, .8, 8},  {20, 30, .8, 0},
+                                  {15, 30, 1.5, 0.5}, {30, 30, .8, 2},  {50, 30, .8, 2}};
 
 const CheckerViewSpec kCircleSpecs[] = {{24, 0, .8, 2},  {24, 30, .8, 2}, {24, 45, .8, 2},
                                         {24, 60, .8, 2}, {14, 30, .8, 2}, {14, 60, .8, 2},
@@ -58,24 +59,32 @@ Values row_of(const std::string& method, const CheckerView& view, const FoundCor
   return checker_row(method, view.corners, found, bound_square);
 }
 
+// The mean variance of a coordinate at the bound. `random`: as before the view was made.
+double bound_of(const CheckerView& view, CheckerViewSpec spec, Random random) {
+  const auto variance = [](double levels) { return levels * levels + 1.0 / 12; };  // with rounding
+  const double noise = variance(spec.noise_levels);
+  spec.noise_levels = 8;
+  const CheckerView loud = checker_view(view.board, view.camera, spec, random);
+  double sum = 0, corners = 0;
+  for (const Observation& seen : found_in(loud.image, loud, &loud.camera).view.observations)
+    if (seen.covariance_px2) ++corners, sum += seen.covariance_px2->trace() / 2;
+  return sum * noise / variance(spec.noise_levels) / corners;
+}
+
 std::vector<Values> measure(const CheckerViewSpec& spec, std::uint64_t trial) {
   const Camera camera{Perspective({520, 520, 322, 238, -.2, .05}), {640, 480}};
   Random random(31, trial);
+  const Random again = random;
   const CheckerView view =
       checker_view(make_board(Checkerboard{8, 5, .03, .03}), camera, spec, random);
-  double bound = 0, corners = 0;
-  for (const Observation& seen : found_in(view.quiet, view, &view.camera).view.observations)
-    if (seen.covariance_px2) ++corners, bound += seen.covariance_px2->trace() / 2;
-  const double rounding = 1.0 / 12, quiet = 0.25;  // variances, levels squared
-  bound *= (spec.noise_levels * spec.noise_levels + rounding) / (quiet + rounding) / corners;
+  const double bound = bound_of(view, spec, again);
   return {row_of("fit", view, found_in(view.image, view, nullptr), bound),
           row_of("fit, lens known", view, found_in(view.image, view, &view.camera), bound),
           row_of("cornerSubPix", view, by_corner_sub_pix(view, spec.square_px, random), bound),
           row_of("findChessboardCornersSB", view, by_sectors(view), bound)};
 }
 
-// Symmetric and asymmetric grids in turn, through a barrel lens and a fisheye. The bound is from a
-// picture with more noise: with next to none the misfit of the model counts.
+// Symmetric and asymmetric grids in turn, through a barrel lens and a fisheye.
 std::vector<Values> measure_circles(CheckerViewSpec spec, std::uint64_t trial) {
   const ImageSize size{640, 480};
   const Camera cameras[] = {{Perspective({530, 530, 322, 238, -.4, .18}), size},
@@ -84,17 +93,10 @@ std::vector<Values> measure_circles(CheckerViewSpec spec, std::uint64_t trial) {
                           make_board(CircleGrid{4, 9, .02, .014, true})};
   Random random(41, trial);
   spec.roll_rad = random.uniform(-1, 1);
-  Random again = random;
+  const Random again = random;
   const CheckerView view = checker_view(boards[trial % 2], cameras[trial / 2 % 2], spec, random);
   if (!view.is_whole) return {};
-  const double noise = std::hypot(spec.noise_levels, std::sqrt(1.0 / 12));
-  spec.noise_levels = 8;
-  const double more = std::hypot(spec.noise_levels, std::sqrt(1.0 / 12));
-  const CheckerView loud = checker_view(view.board, view.camera, spec, again);
-  double bound = 0, centres = 0;
-  for (const Observation& seen : found_in(loud.image, loud, &loud.camera).view.observations)
-    ++centres, bound += seen.covariance_px2->trace() / 2;
-  bound *= noise * noise / (more * more) / centres;
+  const double bound = bound_of(view, spec, again);
   return {row_of("fit", view, found_in(view.image, view, nullptr), bound),
           row_of("fit, lens known", view, found_in(view.image, view, &view.camera), bound),
           row_of("findCirclesGrid", view, by_circles_grid(view), bound)};
