@@ -147,14 +147,16 @@ TEST(Handeye, GivesTheRestIfTheAxesAreParallel) {
   EXPECT_LT(nees(task, answer), 4);
 }
 
-// Along parallel axes every place is as good as another one, and the cost falls without an end.
+// Along parallel axes every place is as good as another one, and the cost falls without an end:
+// bundles that are not held there do not converge in one world of twelve.
 TEST(Handeye, ConvergesWhereNothingIsDetermined) {
-  for (std::uint64_t seed = 100; seed < 104; ++seed) {
-    const HandeyeEstimate answer =
-        estimate(task_of({.num_poses = 100, .axis_spread_rad = 0, .known_lens = true}, seed));
-    EXPECT_EQ(answer.status, Status::rotation_axes_parallel) << all_sentences(answer);
-    EXPECT_FALSE(has(answer, "not_converged")) << seed << all_sentences(answer);
-  }
+  for (const int num_poses : {4, 15})
+    for (std::uint64_t seed = 100; seed < 140; ++seed) {
+      const HandeyeEstimate answer = estimate(
+          task_of({.num_poses = num_poses, .axis_spread_rad = 0, .known_lens = true}, seed));
+      EXPECT_EQ(answer.status, Status::rotation_axes_parallel) << all_sentences(answer);
+      EXPECT_FALSE(has(answer, "not_converged")) << seed << all_sentences(answer);
+    }
 }
 
 // Inverse poses fit three views as well as right ones.

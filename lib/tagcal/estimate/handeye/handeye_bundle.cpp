@@ -1,6 +1,7 @@
 #include "tagcal/estimate/handeye/handeye_bundle.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -32,6 +33,21 @@ double noise_prior(const RobotNoise& noise) {
   const double rad = std::log(noise.sigma_rad / policy::kPriorRobotRad) / policy::kPriorLogRobot;
   const double m = std::log(noise.sigma_m / policy::kPriorRobotM) / policy::kPriorLogRobot;
   return rad * rad + m * m;
+}
+
+// Holds the camera's translation in directions u of a larger standard deviation. With u's = 0 the
+// best step is s - C u (u's) / (u'C u), which lowers the cost by (u's)^2 / (u'C u) less.
+void hold_step(double most_m, HandeyeEquations::Solution& solution) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> principal(
+      solution.covariance.block<3, 3>(3, 3));
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    const double variance = principal.eigenvalues()[i];
+    if (!(variance > most_m * most_m)) continue;
+    const Eigen::Vector3d axis = principal.eigenvectors().col(i);
+    const double along = axis.dot(solution.step.segment<3>(3));
+    solution.step -= solution.covariance.middleCols<3>(3) * axis * (along / variance);
+    solution.decrease -= along * along / variance;
+  }
 }
 
 }  // namespace
@@ -137,6 +153,7 @@ std::optional<HandeyeEquations::Solution> HandeyeEquations::solve(const RobotNoi
   solution.step = -llt.solve(gradient);
   solution.decrease -= solution.step.dot(gradient);
   solution.covariance = llt.solve(SharedSquare::Identity());
+  hold_step(held_from_m_, solution);
   solution.objective =
       log_dets + log_det(llt) + solution.cost - solution.decrease + noise_prior(noise);
   if (!std::isfinite(solution.objective)) return std::nullopt;
