@@ -7,7 +7,6 @@
 #include <numbers>
 
 #include "tagcal/estimate/policy/handeye_policy.hpp"
-#include "tagcal/estimate/pose/view_equations.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -77,15 +76,12 @@ std::optional<HandeyeEquations> HandeyeEquations::at(const HandeyeProblem& probl
   };
   add_prior(state.places.mount_from_camera, 3);
   add_prior(state.places.holder_from_board, 9);
-  const Model* const model = problem.camera.covariance.size() > 0 ? problem.camera.model : nullptr;
   for (std::size_t i = 0; i < problem.sights.size(); ++i) {
-    const ViewArrays arrays(problem.sights[i].corners);
-    ParameterSums sums(arrays.view(), model ? model->free() : std::span<const FreeParameter>());
-    MatrixXd gram;
-    if (!sums.at(problem.camera.camera.lens,
-                 camera_from_board(state.places, problem.mount, state.base_from_hand[i]), gram))
-      return std::nullopt;
-    equations.add(problem, state, i, gram.selfadjointView<Eigen::Upper>());
+    const auto gram =
+        products(problem.sights[i], problem.camera,
+                 camera_from_board(state.places, problem.mount, state.base_from_hand[i]));
+    if (!gram) return std::nullopt;
+    equations.add(problem, state, i, *gram);
   }
   return equations;
 }

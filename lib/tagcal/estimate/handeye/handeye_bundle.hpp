@@ -24,7 +24,7 @@ struct RobotNoise {
 
 struct HandeyeProblem {
   CameraMount mount = CameraMount::hand;
-  UncertainCamera camera;
+  UncertainCamera camera;  // of poses: the covariance of what they share, without a model
   std::vector<HandeyeSight> sights;
   HandeyeScale scale;
   bool with_time = false;  // the offset is a parameter: sights have velocities

@@ -116,7 +116,7 @@ std::optional<MatrixXd> covariance_of(const HandeyeEquations& equations, const R
                                       const UncertainCamera& camera) {
   const auto solved = equations.solve(noise);
   if (!solved) return std::nullopt;
-  if (!camera.model || camera.covariance.size() == 0) return solved->covariance;
+  if (camera.covariance.size() == 0) return solved->covariance;
   const MatrixXd response = equations.response_to_lens(noise, solved->covariance);
   return MatrixXd(solved->covariance + response * camera.covariance * response.transpose());
 }
