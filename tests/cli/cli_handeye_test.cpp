@@ -104,7 +104,7 @@ TEST_F(CliHandeyePoses, RefuseBadInputInOneLine) {
   };
   refuses(poses_, "--camera: ", "--camera " + kDesk + "/truth.yaml");
   refuses(poses_, "--pair: ", "--pair index");
-  refuses("{\"cameras\": []}", "views: is missing");
+  refuses("{\"cameras\": []}", "views: the key is missing");
   refuses(replaced(poses_, "003.png", "002.png"), "two pictures have the name 002");
   refuses(replaced(poses_, "003.png", "103.png"), "003.png is no picture of");
   Json without = Json::parse(poses_);

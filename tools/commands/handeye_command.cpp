@@ -99,9 +99,8 @@ Command add_handeye(CLI::App& app) {
   const auto arguments = std::make_shared<Arguments>();
   add_input(*command, arguments->input);
   add_observations(*command, arguments->input);
-  add_option(
-      *command, "--camera", arguments->camera,
-      "the camera's file, of any format (tagcal convert), or a rig's: then a folder a camera")
+  add_option(*command, "--camera", arguments->camera,
+             "the camera's file, or a rig's (a folder a camera); a file of poses has none")
       .text("CAMERA");
   add_pair(*command, arguments->pair).seldom();
   add_robot(*command, *arguments);
@@ -120,8 +119,7 @@ Command add_handeye(CLI::App& app) {
   add_footer(*command,
              "Example: tagcal handeye pictures --target board.yaml --camera camera.yaml\n"
              "           --robot poses.csv --mount hand --out handeye.yaml\n"
-             "         tagcal handeye poses.json --robot poses.csv --mount hand\n"
-             "         (poses.json: of tagcal pose --json, in place of the pictures)");
+             "         tagcal handeye poses.json --robot poses.csv --mount hand");
   return {command, [arguments] { return run(*arguments); }};
 }
 

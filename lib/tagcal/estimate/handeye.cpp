@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -22,18 +21,6 @@
 namespace tagcal {
 using namespace internal;
 namespace {
-
-void check_path(const RobotPath& path) {
-  if (path.times_s.size() != path.base_from_hand.size())
-    throw Error(fmt::format("the path has {} times and {} poses", path.times_s.size(),
-                            path.base_from_hand.size()));
-  for (std::size_t i = 0; i < path.times_s.size(); ++i) {
-    if (!path.base_from_hand[i].matrix().allFinite())
-      throw Error(fmt::format("path: pose {} has a number that is not finite", i));
-    if (!std::isfinite(path.times_s[i]) || (i > 0 && !(path.times_s[i] > path.times_s[i - 1])))
-      throw Error(fmt::format("path: times must increase, time {} does not", i));
-  }
-}
 
 void check_handeye_input(std::span<const HandeyeView> views, const UncertainCamera& camera,
                          const HandeyeOptions& options) {
@@ -58,18 +45,8 @@ void check_poses(std::span<const HandeyeView> views, const MatrixX& shared) {
   const std::string defect = shared.size() > 0 ? covariance_defect(shared) : "";
   if (!defect.empty()) throw Error("the covariance of what the poses share " + defect);
   for (std::size_t i = 0; i < views.size(); ++i)
-    for (const SeenPose& pose : views[i].poses) {
-      const Eigen::Matrix<double, 6, 6> covariance = pose.covariance;
-      const bool is_positive = covariance.allFinite() && covariance_defect(covariance).empty() &&
-                               covariance.llt().info() == Eigen::Success;
-      if (!is_positive || !pose.camera_from_target.matrix().allFinite())
-        throw Error(fmt::format(
-            "views[{}]: the pose must be finite, and its covariance positive definite", i));
-      if (pose.response.size() > 0 &&
-          (pose.response.rows() != 6 || pose.response.cols() != shared.cols()))
-        throw Error(fmt::format("views[{}]: the response of the pose must be 6 x {}, got {} x {}",
-                                i, shared.cols(), pose.response.rows(), pose.response.cols()));
-    }
+    for (const SeenPose& pose : views[i].poses)
+      check_seen_pose(pose, shared.cols(), fmt::format("views[{}]", i));
 }
 
 // Views of poses alone, which take part if they have one.
