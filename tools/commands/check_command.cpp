@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <ranges>
@@ -27,13 +26,6 @@ struct CheckArguments {
   int threads = 0;
   bool json = false;
 };
-
-// True for a file with several cameras, of which none is named.
-bool is_rig(const std::string& file_and_name) {
-  std::error_code error;
-  return std::filesystem::exists(file_and_name, error) &&
-         read_camera_file(file_and_name).cameras.size() > 1;
-}
 
 CameraCheck check_of_rig(const CheckArguments& arguments) {
   RigInputArguments rig;
@@ -62,7 +54,7 @@ CameraCheck check_of_camera(const CheckArguments& arguments) {
 
 int run(const CheckArguments& arguments) {
   const CameraCheck check =
-      is_rig(arguments.camera) ? check_of_rig(arguments) : check_of_camera(arguments);
+      is_rig_file(arguments.camera) ? check_of_rig(arguments) : check_of_camera(arguments);
   print_answer(arguments.json ? json_text(check_json(check))
                               : check_text(check, arguments.camera, arguments.options.limit_px),
                arguments.json);

@@ -5,48 +5,28 @@
 
 #include "commands/commands.hpp"
 #include "commands/handeye_input.hpp"
+#include "commands/rig_input.hpp"
 #include "job/arguments.hpp"
-#include "job/camera_input.hpp"
-#include "job/find_corners.hpp"
 #include "job/messages.hpp"
 #include "job/outputs.hpp"
 #include "report/handeye_report.hpp"
 #include "tagcal/error.hpp"
-#include "tagcal/io/calibration_file.hpp"
 #include "tagcal/io/handeye_file.hpp"
 #include "tagcal/io/text_file.hpp"
 
 namespace tagcal::tools {
 namespace {
 
-struct Arguments {
-  InputArguments input;
-  std::string camera;
+struct Arguments : HandeyeArguments {
   std::string robot;
   std::string robot_format;
   std::string mount;
   std::string times;
   std::string time_offset = "0";
-  double sigma_px = 0;
   std::string out;
   std::string ros;
-  int threads = 0;
   bool json = false;
 };
-
-// The views with a corner of the target, in the frame of a single board or in the world of several.
-std::vector<HandeyeView> views_of(Input& input, const CalibrationFile& camera) {
-  std::vector<PlacedBoard>& boards = input.dataset.boards;
-  if (boards.size() == 1) boards[0].world_from_board = Pose();
-  const auto points = points_in_world(boards);
-  std::vector<HandeyeView> views;
-  for (const View& view : input.dataset.views) {
-    if (view.observations.empty()) continue;
-    views.push_back(
-        {view.image, view_correspondences(view, points, camera.camera_error_px), {}, {}});
-  }
-  return views;
-}
 
 void check_outputs(const Arguments& arguments) {
   check_text_writable(arguments.out);
@@ -64,19 +44,18 @@ void write_files(const Arguments& arguments, const HandeyeEstimate& answer) {
 int run(const Arguments& arguments) {
   check_outputs(arguments);
   const RobotPoses poses = read_robot_poses(arguments.robot, arguments.robot_format);
-  Input input = read_input(arguments.input);
-  const CalibrationFile camera = read_camera(arguments.camera);
-  check_image_size(camera.camera.image_size, arguments.camera, input);
-  find_views(input, arguments.threads, true, &camera.camera);
-  print_warnings(input.warnings);
+  HandeyeInput input = read_handeye(arguments);
   HandeyeOptions options;
   options.mount = arguments.mount == "hand" ? CameraMount::hand : CameraMount::base;
   options.sigma_px = arguments.sigma_px;
   options.find_time_offset = arguments.time_offset == "find";
   options.num_threads = static_cast<std::size_t>(arguments.threads);
-  const std::vector<HandeyeView> views = with_robot_poses(
-      input, views_of(input, camera), arguments.robot, poses, arguments.times, options);
-  const HandeyeEstimate answer = calibrate_handeye(views, uncertain_camera(camera), options);
+  add_robot_poses(arguments.robot, poses, arguments.times, input, options);
+  const std::vector<HandeyeView>& views = input.views;
+  const HandeyeEstimate answer = naming(input.name, [&] {
+    return input.camera ? calibrate_handeye(views, *input.camera, options)
+                        : calibrate_handeye_from_poses(views, input.shared, options);
+  });
   const bool answered = is_answer(answer.status);
   if (answered) write_files(arguments, answer);
   print_answer(arguments.json ? handeye_json(answer, views) : handeye_summary(answer, views),
@@ -121,9 +100,9 @@ Command add_handeye(CLI::App& app) {
   add_input(*command, arguments->input);
   add_observations(*command, arguments->input);
   add_option(*command, "--camera", arguments->camera,
-             "the camera's file, of any format (tagcal convert)")
-      .required()
+             "the camera's file, or a rig's (a folder a camera); a file of poses has none")
       .text("CAMERA");
+  add_pair(*command, arguments->pair).seldom();
   add_robot(*command, *arguments);
   add_positive(*command, "--sigma-px", arguments->sigma_px,
                "noise of the corners per coordinate; default: as for `pose`")
@@ -139,7 +118,8 @@ Command add_handeye(CLI::App& app) {
   add_threads(*command, arguments->threads);
   add_footer(*command,
              "Example: tagcal handeye pictures --target board.yaml --camera camera.yaml\n"
-             "           --robot poses.csv --mount hand --out handeye.yaml");
+             "           --robot poses.csv --mount hand --out handeye.yaml\n"
+             "         tagcal handeye poses.json --robot poses.csv --mount hand");
   return {command, [arguments] { return run(*arguments); }};
 }
 

@@ -4,8 +4,16 @@
 
 #include <algorithm>
 #include <map>
+#include <ranges>
 
+#include "commands/rig_poses.hpp"
+#include "job/camera_input.hpp"
+#include "job/find_corners.hpp"
+#include "report/poses_input.hpp"
 #include "tagcal/error.hpp"
+#include "tagcal/internal/parallel.hpp"
+#include "tagcal/io/calibration_file.hpp"
+#include "tagcal/io/camera_file.hpp"
 #include "tagcal/io/rig_file.hpp"
 
 namespace tagcal::tools {
@@ -14,15 +22,6 @@ namespace {
 namespace fs = std::filesystem;
 
 std::string stem_of(const std::string& image) { return fs::path(image).stem().string(); }
-
-// All pictures, also those without corners.
-std::vector<std::string> pictures_of(const Input& input) {
-  std::vector<std::string> names;
-  for (const ImageSource& source : input.images) names.push_back(source.name);
-  if (names.empty())
-    for (const View& view : input.dataset.views) names.push_back(view.image);
-  return names;
-}
 
 // The index of a picture by its name, or by its last part without the ending.
 std::map<std::string, std::size_t> places_of(const std::vector<std::string>& names,
@@ -35,15 +34,13 @@ std::map<std::string, std::size_t> places_of(const std::vector<std::string>& nam
 }
 
 // The pose of each picture by name.
-std::map<std::string, Pose> poses_by_name(const Input& input, const std::string& robot,
+std::map<std::string, Pose> poses_by_name(const HandeyeInput& input, const std::string& robot,
                                           const RobotPoses& poses) {
-  const std::vector<std::string> pictures = pictures_of(input);
-  const auto places = places_of(pictures, input.name);
+  const auto places = places_of(input.pictures, input.name);
   std::map<std::string, Pose> by_name;
   for (std::size_t i = 0; i < poses.images.size(); ++i) {
     const std::string name = stem_of(poses.images[i]);
-    // Corners alone do not say which pictures there were.
-    if (!input.images.empty() && !places.contains(name))
+    if (input.has_all_pictures && !places.contains(name))
       throw Error(fmt::format("{}: {} is no picture of {}", robot, poses.images[i], input.name));
     if (!by_name.emplace(name, poses.base_from_hand[i]).second)
       throw Error(fmt::format("{}: two poses have the picture {}", robot, name));
@@ -51,9 +48,9 @@ std::map<std::string, Pose> poses_by_name(const Input& input, const std::string&
   return by_name;
 }
 
-std::map<std::string, Pose> poses_by_order(const Input& input, const std::string& robot,
+std::map<std::string, Pose> poses_by_order(const HandeyeInput& input, const std::string& robot,
                                            const RobotPoses& poses) {
-  std::vector<std::string> pictures = pictures_of(input);
+  std::vector<std::string> pictures = input.pictures;
   if (pictures.size() != poses.base_from_hand.size())
     throw Error(
         fmt::format("{}: has {} poses without names, but {} has {} pictures: name the "
@@ -67,11 +64,85 @@ std::map<std::string, Pose> poses_by_order(const Input& input, const std::string
   return by_name;
 }
 
+// The views with a corner of the target, in the frame of a single board or in the world of several.
+HandeyeInput read_pictures(const HandeyeArguments& arguments) {
+  if (arguments.pair != "name") throw Error("--pair: needs the file of a rig");
+  Input input = read_input(arguments.input);
+  const CalibrationFile camera = read_camera(arguments.camera);
+  check_image_size(camera.camera.image_size, arguments.camera, input);
+  find_views(input, arguments.threads, true, &camera.camera);
+  print_warnings(input.warnings);
+  HandeyeInput read{input.name, {}, !input.images.empty(), {}, uncertain_camera(camera), {}};
+  for (const ImageSource& source : input.images) read.pictures.push_back(source.name);
+  std::vector<PlacedBoard>& boards = input.dataset.boards;
+  if (boards.size() == 1) boards[0].world_from_board = Pose();
+  const auto points = points_in_world(boards);
+  for (const View& view : input.dataset.views) {
+    if (!read.has_all_pictures) read.pictures.push_back(view.image);
+    if (view.observations.empty()) continue;
+    read.views.push_back(
+        {view.image, view_correspondences(view, points, camera.camera_error_px), {}, {}});
+  }
+  return read;
+}
+
+// An instant has the name of its first picture.
+HandeyeInput read_rig_poses(const HandeyeArguments& arguments) {
+  RigInputArguments rig;
+  rig.input = arguments.input;
+  for (const auto part : std::views::split(arguments.input.observations, ','))
+    rig.corners.emplace_back(part.begin(), part.end());
+  if (!arguments.input.target.empty()) rig.targets = {arguments.input.target};
+  rig.pair = arguments.pair;
+  rig.threads = arguments.threads;
+  const RigDataset data = read_rig(rig).rig;
+  const KnownRig known = rig_of(data, read_camera_file(arguments.camera), arguments.camera);
+  PoseOptions options;
+  options.sigma_px = arguments.sigma_px;
+  HandeyeInput read{arguments.input.inputs.front(), {}, false, {}, {}, known.covariance};
+  read.views.resize(data.instants.size());
+  internal::parallel_for(
+      read.views.size(), static_cast<std::size_t>(arguments.threads), [&](std::size_t t) {
+        const RigPoseEstimate pose =
+            estimate_rig_pose(seen_at(data.instants[t], data, known), known, options);
+        if (is_answer(pose.rig.status)) read.views[t].poses = pose.parts;
+      });
+  for (std::size_t t = 0; t < read.views.size(); ++t) {
+    const auto& views = data.instants[t].view;
+    const auto first = std::ranges::find_if(views, [](const auto& v) { return v.has_value(); });
+    const auto camera = static_cast<std::size_t>(first - views.begin());
+    read.views[t].image = data.cameras[camera].data.views[**first].image;
+    read.pictures.push_back(read.views[t].image);
+  }
+  return read;
+}
+
+HandeyeInput read_poses(const HandeyeArguments& arguments) {
+  const std::string& file = arguments.input.inputs.front();
+  for (const auto& [option, value] :
+       {std::pair("--camera", arguments.camera), std::pair("--target", arguments.input.target),
+        std::pair("--observations", arguments.input.observations)})
+    if (!value.empty()) throw Error(fmt::format("{}: {} has poses, which need none", option, file));
+  if (arguments.pair != "name") throw Error("--pair: needs the file of a rig");
+  HandeyeInput read{file, {}, true, read_pose_file(file), {}, {}};
+  for (const HandeyeView& view : read.views) read.pictures.push_back(view.image);
+  places_of(read.pictures, file);
+  return read;
+}
+
 }  // namespace
 
-std::vector<HandeyeView> with_robot_poses(const Input& input, std::vector<HandeyeView> views,
-                                          const std::string& robot, const RobotPoses& poses,
-                                          const std::string& times, HandeyeOptions& options) {
+HandeyeInput read_handeye(const HandeyeArguments& arguments) {
+  const std::vector<std::string>& inputs = arguments.input.inputs;
+  if (inputs.size() == 1 && fs::path(inputs[0]).extension() == ".json")
+    return read_poses(arguments);
+  if (arguments.camera.empty())
+    throw Error("--camera: is missing, which only poses (tagcal pose --json) do not need");
+  return is_rig_file(arguments.camera) ? read_rig_poses(arguments) : read_pictures(arguments);
+}
+
+void add_robot_poses(const std::string& robot, const RobotPoses& poses, const std::string& times,
+                     HandeyeInput& input, HandeyeOptions& options) {
   if (!poses.times_s.empty()) {
     if (times.empty())
       throw Error(
@@ -79,14 +150,14 @@ std::vector<HandeyeView> with_robot_poses(const Input& input, std::vector<Handey
                       "(image,time_s)",
                       robot));
     const std::map<std::string, double> times_s = read_picture_times(times);
-    for (HandeyeView& view : views) {
+    for (HandeyeView& view : input.views) {
       const auto found = times_s.find(fs::path(view.image).filename().string());
       if (found == times_s.end())
         throw Error(fmt::format("{}: has no time of the picture {}", times, view.image));
       view.time_s = found->second;
     }
     options.path = RobotPath{poses.times_s, poses.base_from_hand};
-    return views;
+    return;
   }
   if (!times.empty() || options.find_time_offset)
     throw Error(
@@ -95,13 +166,12 @@ std::vector<HandeyeView> with_robot_poses(const Input& input, std::vector<Handey
                     robot));
   const auto by_name = poses.images.empty() ? poses_by_order(input, robot, poses)
                                             : poses_by_name(input, robot, poses);
-  for (HandeyeView& view : views) {
+  for (HandeyeView& view : input.views) {
     const auto found = by_name.find(stem_of(view.image));
     if (found == by_name.end())
       throw Error(fmt::format("{}: has no pose of the picture {}", robot, view.image));
     view.base_from_hand = found->second;
   }
-  return views;
 }
 
 }  // namespace tagcal::tools

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,12 +10,32 @@
 
 namespace tagcal::tools {
 
-// Gives each view of the input the pose of the robot that belongs to its picture: by name (with or
-// without folder and ending), by the order of the numbers in the names, or, of poses with times, by
-// the picture's time of the file `times` (image,time_s): then the path goes to the options. Throws
+struct HandeyeArguments {
+  InputArguments input;  // pictures, the folders of a rig's cameras, or a file of poses (.json)
+  std::string camera;
+  std::string pair = "name";
+  double sigma_px = 0;
+  int threads = 0;
+};
+
+struct HandeyeInput {
+  std::string name;                       // in messages
+  std::vector<std::string> pictures;      // all, also those without corners
+  bool has_all_pictures = true;           // false: corners alone, which do not say what there was
+  std::vector<HandeyeView> views;         // without the robot's poses
+  std::optional<UncertainCamera> camera;  // none: the views are poses
+  MatrixX shared;                         // calibrate_handeye_from_poses
+};
+
+// Finds the corners of the pictures, estimates the poses of a rig, or reads those of a file. Throws
+// Error for options that do not belong together, and as their readers.
+HandeyeInput read_handeye(const HandeyeArguments& arguments);
+
+// Gives each view the pose of the robot that belongs to its picture: by name (with or without
+// folder and ending), by the order of the numbers in the names, or, of poses with times, by the
+// picture's time of the file `times` (image,time_s): then the path goes to the options. Throws
 // Error: names that are unknown or missing, counts that differ, no times.
-std::vector<HandeyeView> with_robot_poses(const Input& input, std::vector<HandeyeView> views,
-                                          const std::string& robot, const RobotPoses& poses,
-                                          const std::string& times, HandeyeOptions& options);
+void add_robot_poses(const std::string& robot, const RobotPoses& poses, const std::string& times,
+                     HandeyeInput& input, HandeyeOptions& options);
 
 }  // namespace tagcal::tools

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 
 #include "job/camera_input.hpp"
 #include "report/rig_report.hpp"
@@ -14,17 +15,6 @@
 namespace tagcal::tools {
 using namespace internal;
 namespace {
-
-// What each camera saw at an instant.
-std::vector<ViewCorrespondences> seen_at(const Instant& instant, const RigDataset& data,
-                                         const KnownRig& rig) {
-  std::vector<ViewCorrespondences> seen(data.cameras.size());
-  for (std::size_t c = 0; c < seen.size(); ++c)
-    if (const auto& view = instant.view[c])
-      seen[c] = view_correspondences(data.cameras[c].data.views[*view], data.cameras[c].data.boards,
-                                     rig.cameras[c].camera_error_px);
-  return seen;
-}
 
 PoseReport report_of(const RigPoseEstimate& estimate, const KnownRig& rig,
                      const std::vector<ViewCorrespondences>& seen) {
@@ -40,6 +30,22 @@ PoseReport report_of(const RigPoseEstimate& estimate, const KnownRig& rig,
 }
 
 }  // namespace
+
+bool is_rig_file(const std::string& file_and_name) {
+  std::error_code error;
+  return std::filesystem::exists(file_and_name, error) &&
+         read_camera_file(file_and_name).cameras.size() > 1;
+}
+
+std::vector<ViewCorrespondences> seen_at(const Instant& instant, const RigDataset& data,
+                                         const KnownRig& rig) {
+  std::vector<ViewCorrespondences> seen(data.cameras.size());
+  for (std::size_t c = 0; c < seen.size(); ++c)
+    if (const auto& view = instant.view[c])
+      seen[c] = view_correspondences(data.cameras[c].data.views[*view], data.cameras[c].data.boards,
+                                     rig.cameras[c].camera_error_px);
+  return seen;
+}
 
 KnownRig rig_of(const RigDataset& data, const CameraFile& file, const std::string& name) {
   print_notes(name, file.notes);

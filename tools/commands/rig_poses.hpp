@@ -10,6 +10,13 @@
 
 namespace tagcal::tools {
 
+// True for a file with several cameras, of which none is named.
+bool is_rig_file(const std::string& file_and_name);
+
+// What each camera of a rig saw at an instant.
+std::vector<ViewCorrespondences> seen_at(const Instant& instant, const RigDataset& data,
+                                         const KnownRig& rig);
+
 // The cameras of a rig's file in the order of a data set, matched by name. Throws Error for a
 // camera that the file lacks, or of another image size.
 KnownRig rig_of(const RigDataset& data, const CameraFile& file, const std::string& name);

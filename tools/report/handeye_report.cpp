@@ -28,11 +28,15 @@ std::string handeye_verdict(const HandeyeEstimate& handeye) {
   const std::string ok = ok_text(handeye.findings);
   return wrapped(
       toned(warns ? Tone::caution : Tone::good, ok.substr(0, ok.size() - 1)) + " ",
-      fmt::format("camera on the {}, {}, {}, rms {} px",
-                  handeye.mount == CameraMount::hand ? "hand" : "base (beside the robot)",
-                  counted(handeye.views.size(), "pose"),
-                  counted(static_cast<std::size_t>(handeye.num_corners), "corner"),
-                  two_digits(handeye.rms_px)),
+      fmt::format(
+          "camera on the {}, {}{}",
+          handeye.mount == CameraMount::hand ? "hand" : "base (beside the robot)",
+          counted(handeye.views.size(), "pose"),
+          handeye.num_corners == 0
+              ? std::string()
+              : fmt::format(", {}, rms {} px",
+                            counted(static_cast<std::size_t>(handeye.num_corners), "corner"),
+                            two_digits(handeye.rms_px))),
       2);
 }
 

@@ -185,6 +185,14 @@ double StudyOptions::number(const std::string& name) const {
   throw Error(fmt::format("--{}: must be a number, got {}", name, text(name)));
 }
 
+Sample Sample::where(const std::string& column, const std::string& text) const {
+  const std::vector<std::string> all = texts(column);
+  std::vector<const Row*> some;
+  for (std::size_t i = 0; i < rows_.size(); ++i)
+    if (all[i] == text) some.push_back(rows_[i]);
+  return {columns_, some};
+}
+
 std::vector<double> Sample::numbers(const std::string& column) const {
   const auto at = std::ranges::find(columns_, column) - columns_.begin();
   std::vector<double> numbers;

@@ -51,6 +51,7 @@ class Sample {
       : columns_(columns), rows_(std::move(rows)) {}
 
   int size() const { return static_cast<int>(rows_.size()); }
+  Sample where(const std::string& column, const std::string& text) const;  // the rows with a text
   std::vector<double> numbers(const std::string& column) const;  // those that are not empty
   std::vector<std::string> texts(const std::string& column) const;
 

@@ -22,18 +22,6 @@ namespace tagcal {
 using namespace internal;
 namespace {
 
-void check_path(const RobotPath& path) {
-  if (path.times_s.size() != path.base_from_hand.size())
-    throw Error(fmt::format("the path has {} times and {} poses", path.times_s.size(),
-                            path.base_from_hand.size()));
-  for (std::size_t i = 0; i < path.times_s.size(); ++i) {
-    if (!path.base_from_hand[i].matrix().allFinite())
-      throw Error(fmt::format("path: pose {} has a number that is not finite", i));
-    if (!std::isfinite(path.times_s[i]) || (i > 0 && !(path.times_s[i] > path.times_s[i - 1])))
-      throw Error(fmt::format("path: times must increase, time {} does not", i));
-  }
-}
-
 void check_handeye_input(std::span<const HandeyeView> views, const UncertainCamera& camera,
                          const HandeyeOptions& options) {
   const Eigen::Index k = camera.num_free();
@@ -53,6 +41,27 @@ void check_handeye_input(std::span<const HandeyeView> views, const UncertainCame
   }
 }
 
+void check_poses(std::span<const HandeyeView> views, const MatrixX& shared) {
+  const std::string defect = shared.size() > 0 ? covariance_defect(shared) : "";
+  if (!defect.empty()) throw Error("the covariance of what the poses share " + defect);
+  for (std::size_t i = 0; i < views.size(); ++i)
+    for (const SeenPose& pose : views[i].poses)
+      check_seen_pose(pose, shared.cols(), fmt::format("views[{}]", i));
+}
+
+// Views of poses alone, which take part if they have one.
+std::vector<SeenView> posed_views(std::span<const HandeyeView> views) {
+  std::vector<SeenView> seen;
+  for (const HandeyeView& v : views) {
+    PoseEstimate own;
+    for (const SeenPose& pose : v.poses)
+      own.hypotheses.push_back({pose.camera_from_target, pose.covariance});
+    if (!v.poses.empty()) own.status = Status::ok;
+    seen.push_back({v.image, {}, {}, own, v.poses, v.base_from_hand, v.time_s});
+  }
+  return seen;
+}
+
 std::vector<SeenView> seen_views(std::span<const HandeyeView> views, const Camera& camera,
                                  const HandeyeOptions& options) {
   std::vector<SeenView> seen(views.size());
@@ -65,6 +74,7 @@ std::vector<SeenView> seen_views(std::span<const HandeyeView> views, const Camer
                             v.seen.correspondences,
                             v.seen.covariance_px2,
                             estimate_pose(v.seen, camera, pose),
+                            {},
                             v.base_from_hand,
                             v.time_s};
                });
@@ -74,8 +84,9 @@ std::vector<SeenView> seen_views(std::span<const HandeyeView> views, const Camer
 // Takes of two poses of a view the one that agrees with the robot.
 void choose_hypotheses(HandeyeProblem& problem, const HandeyePlaces& places) {
   for (HandeyeSight& sight : problem.sights)
-    std::ranges::sort(sight.own, {}, [&](const Pose& own) {
-      return disagreement_m(places, problem.mount, problem.scale, own, sight.base_from_hand);
+    std::ranges::sort(sight.own, {}, [&](const SeenPose& own) {
+      return disagreement_m(places, problem.mount, problem.scale, own.camera_from_target,
+                            sight.base_from_hand);
     });
 }
 
@@ -110,7 +121,7 @@ RobotNoise noise_of_start(const HandeyeProblem& problem, const HandeyePlaces& pl
   Vector6d squares = Vector6d::Zero();
   for (const HandeyeSight& s : problem.sights) {
     const Pose mount_from_holder =
-        places.mount_from_camera * s.own[0] * places.holder_from_board.inverse();
+        places.mount_from_camera * s.own[0].camera_from_target * places.holder_from_board.inverse();
     const Pose hand =
         problem.mount == CameraMount::base ? mount_from_holder : mount_from_holder.inverse();
     squares += minus(hand, s.base_from_hand).cwiseAbs2();
@@ -145,10 +156,9 @@ double coarse_offset(HandeyeSights& sights) {
 
 class HandeyeRun {
  public:
-  HandeyeRun(std::span<const HandeyeView> views, const UncertainCamera& camera,
+  HandeyeRun(std::vector<SeenView> views, const UncertainCamera& camera,
              const HandeyeOptions& options)
-      : options_(options),
-        sights_(seen_views(views, camera.camera, options), camera, options, answer_) {
+      : options_(options), sights_(std::move(views), camera, options, answer_) {
     answer_.mount = options.mount;
   }
 
@@ -309,7 +319,18 @@ HandeyeEstimate calibrate_handeye(std::span<const HandeyeView> views, const Unce
                                   const HandeyeOptions& options) {
   const Stopwatch watch;
   check_handeye_input(views, camera, options);
-  HandeyeEstimate answer = HandeyeRun(views, camera, options).answer();
+  HandeyeEstimate answer =
+      HandeyeRun(seen_views(views, camera.camera, options), camera, options).answer();
+  answer.seconds = watch.seconds();
+  return answer;
+}
+
+HandeyeEstimate calibrate_handeye_from_poses(std::span<const HandeyeView> views,
+                                             const MatrixX& shared, const HandeyeOptions& options) {
+  const Stopwatch watch;
+  check_handeye_input(views, {}, options);
+  check_poses(views, shared);
+  HandeyeEstimate answer = HandeyeRun(posed_views(views), {nullptr, {}, shared}, options).answer();
   answer.seconds = watch.seconds();
   return answer;
 }

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "tagcal/estimate/handeye_types.hpp"
+#include "tagcal/estimate/rig_types.hpp"
 #include "tagcal/estimate/view_correspondences.hpp"
 
 namespace tagcal {
@@ -15,6 +16,9 @@ struct HandeyeView {
   ViewCorrespondences seen;  // in the frame of the board
   Pose base_from_hand;
   std::optional<double> time_s;  // on the camera's clock; for HandeyeOptions::path
+  // In place of the corners, for calibrate_handeye_from_poses: the board's pose, or two, the
+  // likeliest first.
+  std::vector<SeenPose> poses = {};
 };
 
 // Where a camera is on a robot's hand (or beside the robot), and where the board is, from views of
@@ -38,5 +42,15 @@ struct HandeyeView {
 // the lens that does not fit its model.
 HandeyeEstimate calibrate_handeye(std::span<const HandeyeView> views, const UncertainCamera& camera,
                                   const HandeyeOptions& options = {});
+
+// The same from poses of the board that another program or a rig estimated (HandeyeView::poses), by
+// the same bundle: the squared residuals of a view are those of its pose, by its covariance.
+// `shared` is the covariance of the parameters that all poses share (SeenPose::response), as
+// KnownRig::covariance; empty: the poses' errors are independent. The camera of the answer is, of a
+// rig, its frame; rms_px and sigma_px are NaN. Throws Error for a covariance that is not positive
+// definite, and for responses that do not fit `shared`.
+HandeyeEstimate calibrate_handeye_from_poses(std::span<const HandeyeView> views,
+                                             const MatrixX& shared = {},
+                                             const HandeyeOptions& options = {});
 
 }  // namespace tagcal

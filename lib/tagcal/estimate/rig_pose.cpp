@@ -101,36 +101,38 @@ std::optional<Eigen::MatrixXd> gradient_by_rig(const SeeingCamera& seeing, const
   return by_rig;
 }
 
-// The covariance of the rig's pose: by the noise of the corners, and by places and lenses, to which
-// it responds by -H^-1 sum S_c' (the gradient by them), with the step S_c of a camera's pose by the
-// rig's.
-std::optional<Matrix6> covariance_of_rig_pose(std::span<const SeeingCamera> cameras,
-                                              const KnownRig& rig, const Pose& pose,
-                                              const Matrix6& information) {
+// The rig's pose with its covariance by the noise of the corners and its response to places and
+// lenses: -H^-1 sum S_c' (the gradient by them), with the step S_c of a camera's pose by the rig's.
+std::optional<SeenPose> seen_by_rig(std::span<const SeeingCamera> cameras, const KnownRig& rig,
+                                    const Pose& pose, const Matrix6& information) {
   const auto inverse = exact_inverse(information);
   if (!inverse) return std::nullopt;
-  Matrix6 covariance = *inverse;
-  if (rig.covariance.size() == 0) return covariance;
-  Eigen::MatrixXd response = Eigen::MatrixXd::Zero(6, rig.covariance.cols());
+  SeenPose seen{pose, *inverse};
+  if (rig.covariance.size() == 0) return seen;
+  seen.response = Eigen::MatrixXd::Zero(6, rig.covariance.cols());
   for (const SeeingCamera& seeing : cameras) {
     const auto gradient = gradient_by_rig(seeing, rig, pose, seeing.camera->camera_from_rig * pose);
     if (!gradient) return std::nullopt;
-    response -= *inverse * by_rig(*seeing.camera).transpose() * *gradient;
+    seen.response -= *inverse * by_rig(*seeing.camera).transpose() * *gradient;
   }
-  covariance += response * rig.covariance * response.transpose();
-  return covariance;
+  return seen;
 }
 
-// The covariance of a camera's own pose before the rig's by places and lenses.
-Matrix6 covariance_by_rig(const SeeingCamera& seeing, const KnownRig& rig,
-                          const Pose& rig_from_target, const Pose& own_pose) {
-  if (rig.covariance.size() == 0) return Matrix6::Zero();
+// The step of a camera's own pose, before that of the rig, by places and lenses; empty if they are
+// exact.
+Eigen::MatrixXd response_of_own(const SeeingCamera& seeing, const KnownRig& rig,
+                                const Pose& rig_from_target, const Pose& own_pose) {
+  if (rig.covariance.size() == 0) return {};
   const auto gradient = gradient_by_rig(seeing, rig, rig_from_target, own_pose);
   const auto gram = RigPoseProblem::products(seeing, own_pose);
-  if (!gradient || !gram) return Matrix6::Zero();
+  if (!gradient || !gram) return {};
   const auto inverse = exact_inverse(gram->topLeftCorner<6, 6>());
-  if (!inverse) return Matrix6::Zero();
-  const Eigen::MatrixXd response = *inverse * *gradient;
+  if (!inverse) return {};
+  return -*inverse * *gradient;
+}
+
+Matrix6 covariance_of(const Eigen::MatrixXd& response, const KnownRig& rig) {
+  if (response.size() == 0) return Matrix6::Zero();
   return response * rig.covariance * response.transpose();
 }
 
@@ -145,7 +147,7 @@ double contradiction_of(const SeeingCamera& seeing, const KnownRig& rig, const P
   for (const PoseHypothesis& own : seeing.own->hypotheses) {
     const Eigen::Matrix<double, 6, 6> covariance =
         raised * raised * own.covariance +
-        covariance_by_rig(seeing, rig, pose, own.camera_from_target);
+        covariance_of(response_of_own(seeing, rig, pose, own.camera_from_target), rig);
     const Vector6d step = minus(predicted, own.camera_from_target);
     least = std::min(least, step.dot(covariance.ldlt().solve(step)));
   }
@@ -191,24 +193,28 @@ double rms_px_of(std::span<const SeeingCamera> cameras, const Pose& rig_from_tar
   return std::sqrt(sum / static_cast<double>(count));
 }
 
-// The poses that the residuals do not exclude, with their probabilities.
-std::vector<PoseHypothesis> hypotheses_of(std::span<const SeeingCamera> cameras,
-                                          const KnownRig& rig,
-                                          const std::vector<JointPose>& minima) {
-  std::vector<PoseHypothesis> hypotheses;
+// Adds a pose with both parts of its covariance.
+void add_hypothesis(const SeenPose& seen, const KnownRig& rig, double rms_px, double probability,
+                    RigPoseEstimate& estimate) {
+  estimate.rig.hypotheses.push_back({seen.camera_from_target,
+                                     seen.covariance + covariance_of(seen.response, rig), rms_px,
+                                     probability});
+  estimate.parts.push_back(seen);
+}
+
+// Adds the poses that the residuals do not exclude, with their probabilities.
+void add_hypotheses(std::span<const SeeingCamera> cameras, const KnownRig& rig,
+                    const std::vector<JointPose>& minima, RigPoseEstimate& estimate) {
   double sum = 0;
   for (const JointPose& minimum : minima) {
     if (minimum.cost > minima.front().cost + policy::kAmbiguousCost) break;
-    const auto covariance =
-        covariance_of_rig_pose(cameras, rig, minimum.rig_from_target, minimum.information);
-    if (!covariance) continue;
+    const auto seen = seen_by_rig(cameras, rig, minimum.rig_from_target, minimum.information);
+    if (!seen) continue;
     const double likelihood = std::exp((minima.front().cost - minimum.cost) / 2);
     sum += likelihood;
-    hypotheses.push_back({minimum.rig_from_target, *covariance,
-                          rms_px_of(cameras, minimum.rig_from_target), likelihood});
+    add_hypothesis(*seen, rig, rms_px_of(cameras, minimum.rig_from_target), likelihood, estimate);
   }
-  for (PoseHypothesis& hypothesis : hypotheses) hypothesis.probability /= sum;
-  return hypotheses;
+  for (PoseHypothesis& hypothesis : estimate.rig.hypotheses) hypothesis.probability /= sum;
 }
 
 // The camera that contradicts the rig most, if one does.
@@ -249,20 +255,19 @@ std::vector<JointPose> solve_without_contradictions(std::vector<SeeingCamera>& c
   }
 }
 
-// The own poses of the only camera that sees the target, in the frame of the rig.
-std::vector<PoseHypothesis> hypotheses_of_one(const SeeingCamera& seeing, const KnownRig& rig) {
-  std::vector<PoseHypothesis> hypotheses = seeing.own->hypotheses;
+// Adds the own poses of the only camera that sees the target, in the frame of the rig.
+void add_hypotheses_of_one(const SeeingCamera& seeing, const KnownRig& rig,
+                           RigPoseEstimate& estimate) {
   const Pose rig_from_camera = seeing.camera->camera_from_rig.inverse();
   const Matrix6 by_own = by_rig(*seeing.camera).transpose();
-  for (PoseHypothesis& hypothesis : hypotheses) {
-    const Pose own = hypothesis.camera_from_target;
-    hypothesis.camera_from_target = rig_from_camera * own;
-    hypothesis.covariance = by_own *
-                            (hypothesis.covariance +
-                             covariance_by_rig(seeing, rig, hypothesis.camera_from_target, own)) *
-                            by_own.transpose();
+  for (const PoseHypothesis& own : seeing.own->hypotheses) {
+    SeenPose seen{rig_from_camera * own.camera_from_target,
+                  by_own * own.covariance * by_own.transpose()};
+    const Eigen::MatrixXd response =
+        response_of_own(seeing, rig, seen.camera_from_target, own.camera_from_target);
+    if (response.size() > 0) seen.response = by_own * response;
+    add_hypothesis(seen, rig, own.rms_px, own.probability, estimate);
   }
-  return hypotheses;
 }
 
 // The warnings of the cameras that take part, with their names.
@@ -304,10 +309,10 @@ RigPoseEstimate estimate_rig_pose(std::span<const ViewCorrespondences> seen, con
   if (cameras.empty())
     add(joint.findings, code::target_unseen, "no camera alone determines a pose of the target");
   if (cameras.size() == 1) {
-    joint.hypotheses = hypotheses_of_one(cameras.front(), rig);
+    add_hypotheses_of_one(cameras.front(), rig, estimate);
   } else {
     const auto minima = solve_without_contradictions(cameras, rig, joint.findings);
-    joint.hypotheses = hypotheses_of(cameras, rig, minima);
+    add_hypotheses(cameras, rig, minima, estimate);
   }
   add_warnings_of(cameras, joint.findings);
   if (joint.hypotheses.empty() && is_answer(judge(joint.findings)))

@@ -149,11 +149,21 @@ KnownRig known_rig(const RigCalibration& rig);
 // instants. None without the covariance.
 std::vector<RigPair> pairs_of(const KnownRig& rig);
 
+// The pose of a target before a known camera or rig.
+struct SeenPose {
+  Pose camera_from_target;
+  Matrix6 covariance = Matrix6::Zero();  // of (omega rad, tau m): `retract`; of its own noise alone
+  // The step of the pose by parameters that all poses share (6 x k), such as those of
+  // KnownRig::covariance. Empty: they are exact.
+  MatrixX response = {};
+};
+
 struct RigPoseEstimate {
   // As for one camera, whose frame is that of the rig: `camera_from_target` is rig_from_target. Its
   // covariance includes that of the places and lenses of the cameras. `outliers` is empty, see
   // `of_cameras`.
   PoseEstimate rig;
+  std::vector<SeenPose> parts;           // by hypothesis: the two parts of its covariance
   std::vector<PoseEstimate> of_cameras;  // of each camera alone; `degenerate` if it sees nothing
   std::vector<std::uint8_t> takes_part;  // by camera
 };

@@ -1,12 +1,12 @@
 #include "tagcal/estimate/handeye/handeye_bundle.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "tagcal/estimate/policy/handeye_policy.hpp"
-#include "tagcal/estimate/pose/view_equations.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -32,6 +32,21 @@ double noise_prior(const RobotNoise& noise) {
   const double rad = std::log(noise.sigma_rad / policy::kPriorRobotRad) / policy::kPriorLogRobot;
   const double m = std::log(noise.sigma_m / policy::kPriorRobotM) / policy::kPriorLogRobot;
   return rad * rad + m * m;
+}
+
+// Holds the camera's translation in directions u of a larger standard deviation. With u's = 0 the
+// best step is s - C u (u's) / (u'C u), which lowers the cost by (u's)^2 / (u'C u) less.
+void hold_step(double most_m, HandeyeEquations::Solution& solution) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> principal(
+      solution.covariance.block<3, 3>(3, 3));
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    const double variance = principal.eigenvalues()[i];
+    if (!(variance > most_m * most_m)) continue;
+    const Eigen::Vector3d axis = principal.eigenvectors().col(i);
+    const double along = axis.dot(solution.step.segment<3>(3));
+    solution.step -= solution.covariance.middleCols<3>(3) * axis * (along / variance);
+    solution.decrease -= along * along / variance;
+  }
 }
 
 }  // namespace
@@ -61,15 +76,12 @@ std::optional<HandeyeEquations> HandeyeEquations::at(const HandeyeProblem& probl
   };
   add_prior(state.places.mount_from_camera, 3);
   add_prior(state.places.holder_from_board, 9);
-  const Model* const model = problem.camera.covariance.size() > 0 ? problem.camera.model : nullptr;
   for (std::size_t i = 0; i < problem.sights.size(); ++i) {
-    const ViewArrays arrays(problem.sights[i].corners);
-    ParameterSums sums(arrays.view(), model ? model->free() : std::span<const FreeParameter>());
-    MatrixXd gram;
-    if (!sums.at(problem.camera.camera.lens,
-                 camera_from_board(state.places, problem.mount, state.base_from_hand[i]), gram))
-      return std::nullopt;
-    equations.add(problem, state, i, gram.selfadjointView<Eigen::Upper>());
+    const auto gram =
+        products(problem.sights[i], problem.camera,
+                 camera_from_board(state.places, problem.mount, state.base_from_hand[i]));
+    if (!gram) return std::nullopt;
+    equations.add(problem, state, i, *gram);
   }
   return equations;
 }
@@ -137,6 +149,7 @@ std::optional<HandeyeEquations::Solution> HandeyeEquations::solve(const RobotNoi
   solution.step = -llt.solve(gradient);
   solution.decrease -= solution.step.dot(gradient);
   solution.covariance = llt.solve(SharedSquare::Identity());
+  hold_step(held_from_m_, solution);
   solution.objective =
       log_dets + log_det(llt) + solution.cost - solution.decrease + noise_prior(noise);
   if (!std::isfinite(solution.objective)) return std::nullopt;

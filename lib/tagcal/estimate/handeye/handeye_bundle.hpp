@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -23,7 +24,7 @@ struct RobotNoise {
 
 struct HandeyeProblem {
   CameraMount mount = CameraMount::hand;
-  UncertainCamera camera;
+  UncertainCamera camera;  // of poses: the covariance of what they share, without a model
   std::vector<HandeyeSight> sights;
   HandeyeScale scale;
   bool with_time = false;  // the offset is a parameter: sights have velocities
@@ -57,6 +58,8 @@ class HandeyeEquations {
     Shared step;           // of the shared parameters
     SharedSquare covariance;
   };
+  // Steps hold the camera's translation in directions of a larger standard deviation.
+  void hold_translation(double sigma_m) { held_from_m_ = sigma_m; }
   // No value if the equations are singular.
   std::optional<Solution> solve(const RobotNoise& noise) const;
   HandeyeState stepped(const HandeyeState& state, const RobotNoise& noise,
@@ -83,6 +86,7 @@ class HandeyeEquations {
   SharedSquare shared_;     // information of the shared parameters, by corners and priors
   Shared shared_gradient_;  // as `gradient`
   double corners_cost_ = 0;
+  double held_from_m_ = std::numeric_limits<double>::infinity();
 };
 
 // The noise that maximises the restricted likelihood of the equations, from `start`; and the

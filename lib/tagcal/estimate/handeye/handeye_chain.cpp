@@ -1,5 +1,6 @@
 #include "tagcal/estimate/handeye/handeye_chain.hpp"
 
+#include <Eigen/Cholesky>
 #include <cmath>
 
 #include "tagcal/estimate/bundle/linked_poses.hpp"
@@ -21,6 +22,29 @@ HandeyeSteps::HandeyeSteps(const HandeyePlaces& places, CameraMount mount,
     by_robot = step_by(camera_from_mount, m.rotation_matrix() * board);
   else
     by_robot = -step_by(camera_from_holder, board - base_from_hand.translation());
+}
+
+// Residual r = minus(pose, own) with J = 1, to first order, and J_l = -(response of `own`).
+std::optional<Eigen::MatrixXd> products(const HandeyeSight& sight, const UncertainCamera& camera,
+                                        const Pose& camera_from_board) {
+  const Eigen::Index shared = camera.covariance.cols();
+  Eigen::MatrixXd gram;
+  if (sight.corners.correspondences.empty()) {
+    const SeenPose& own = sight.own.front();
+    Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(6, 7 + shared);
+    rows.leftCols<6>().setIdentity();
+    if (own.response.size() > 0) rows.middleCols(6, shared) = -own.response;
+    rows.rightCols<1>() = minus(camera_from_board, own.camera_from_target);
+    const Eigen::LLT<Eigen::Matrix<double, 6, 6>> llt(own.covariance);
+    rows = llt.matrixL().solve(rows).eval();
+    gram = rows.transpose() * rows;
+    return gram;
+  }
+  const ViewArrays arrays(sight.corners);
+  ParameterSums sums(arrays.view(),
+                     shared > 0 ? camera.model->free() : std::span<const FreeParameter>());
+  if (!sums.at(camera.camera.lens, camera_from_board, gram)) return std::nullopt;
+  return Eigen::MatrixXd(gram.selfadjointView<Eigen::Upper>());
 }
 
 double disagreement_m(const HandeyePlaces& places, CameraMount mount, const HandeyeScale& scale,

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "tagcal/estimate/handeye_types.hpp"
 #include "tagcal/estimate/pose/reprojection.hpp"
+#include "tagcal/estimate/rig_types.hpp"
 
 namespace tagcal::internal {
 
@@ -31,14 +33,21 @@ struct HandeyeSteps {
   HandeyeSteps(const HandeyePlaces& places, CameraMount mount, const Pose& base_from_hand);
 };
 
-// A view whose corners, with a noise of 1, determine its pose.
+// A view whose corners, with a noise of 1, determine its pose; or its pose alone, without corners.
 struct HandeyeSight {
   ViewProblem corners;
-  std::vector<Pose> own;  // camera_from_board by the corners alone, the likeliest first
-  Pose base_from_hand;    // as the robot says
+  // The poses of the view alone, the likeliest first; without corners with their covariances.
+  std::vector<SeenPose> own;
+  Pose base_from_hand;  // as the robot says
   // The step of base_from_hand by the time of the view (1/s); zero without a path.
   Vector6d velocity = Vector6d::Zero();
 };
+
+// The products [J | r]'[J | r] of a view's residuals with J by its pose (`retract`) and by the
+// lens, or what else all views share. Those of a view without corners are of its likeliest pose,
+// whitened by its covariance. No value if a corner is outside of the lens' domain.
+std::optional<Eigen::MatrixXd> products(const HandeyeSight& sight, const UncertainCamera& camera,
+                                        const Pose& camera_from_board);
 
 // How far the robot's poses are from what the pictures say.
 struct HandeyeScale {

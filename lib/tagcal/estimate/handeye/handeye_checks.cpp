@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
+#include "tagcal/error.hpp"
 #include "tagcal/estimate/findings.hpp"
 #include "tagcal/estimate/policy/handeye_policy.hpp"
 #include "tagcal/internal/degrees.hpp"
@@ -41,6 +43,29 @@ std::string axis_text(Vector3d axis) {
 const char* mount_name(CameraMount mount) { return mount == CameraMount::hand ? "hand" : "base"; }
 
 }  // namespace
+
+void check_path(const RobotPath& path) {
+  if (path.times_s.size() != path.base_from_hand.size())
+    throw Error(fmt::format("the path has {} times and {} poses", path.times_s.size(),
+                            path.base_from_hand.size()));
+  for (std::size_t i = 0; i < path.times_s.size(); ++i) {
+    if (!path.base_from_hand[i].matrix().allFinite())
+      throw Error(fmt::format("path: pose {} has a number that is not finite", i));
+    if (!std::isfinite(path.times_s[i]) || (i > 0 && !(path.times_s[i] > path.times_s[i - 1])))
+      throw Error(fmt::format("path: times must increase, time {} does not", i));
+  }
+}
+
+void check_seen_pose(const SeenPose& pose, Eigen::Index num_shared, const std::string& name) {
+  const Eigen::Matrix<double, 6, 6> covariance = pose.covariance;
+  const bool is_positive = covariance.allFinite() && covariance_defect(covariance).empty() &&
+                           covariance.llt().info() == Eigen::Success;
+  if (!is_positive || !pose.camera_from_target.matrix().allFinite())
+    throw Error(name + ": the pose must be finite, and its covariance positive definite");
+  if (pose.response.size() > 0 && (pose.response.rows() != 6 || pose.response.cols() != num_shared))
+    throw Error(fmt::format("{}: the response of the pose must be 6 x {}, got {} x {}", name,
+                            num_shared, pose.response.rows(), pose.response.cols()));
+}
 
 double AxisSpread::spread_rad() const { return std::atan2(rms_rad[1], rms_rad[0]); }
 

@@ -2,10 +2,15 @@
 
 #include <Eigen/Core>
 #include <span>
+#include <string>
 
 #include "tagcal/estimate/handeye/handeye_bundle.hpp"
 
 namespace tagcal::internal {
+
+// Throw Error for input that is refused; `name` is that of a view.
+void check_path(const RobotPath& path);
+void check_seen_pose(const SeenPose& pose, Eigen::Index num_shared, const std::string& name);
 
 // The rotations of the camera from view to view, about the mean of their poses.
 struct AxisSpread {

@@ -1,7 +1,6 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "tagcal/estimate/handeye/handeye_bundle.hpp"
 #include "tagcal/estimate/policy/handeye_policy.hpp"
@@ -117,16 +116,9 @@ std::optional<MatrixXd> covariance_of(const HandeyeEquations& equations, const R
                                       const UncertainCamera& camera) {
   const auto solved = equations.solve(noise);
   if (!solved) return std::nullopt;
-  if (!camera.model || camera.covariance.size() == 0) return solved->covariance;
+  if (camera.covariance.size() == 0) return solved->covariance;
   const MatrixXd response = equations.response_to_lens(noise, solved->covariance);
   return MatrixXd(solved->covariance + response * camera.covariance * response.transpose());
-}
-
-// The camera's translation will be refused (check_determined). In its unknown direction the cost
-// falls without an end: noise of the pictures takes the place of errors of the robot.
-bool is_refused(const HandeyeEquations::Solution& solved, const HandeyeScale& scale) {
-  return std::sqrt(solved.covariance.diagonal().segment<3>(3).maxCoeff()) >
-         policy::kHandeyeRefused * scale.distance_m;
 }
 
 }  // namespace
@@ -169,9 +161,14 @@ std::optional<HandeyeMinimum> minimise_bundle(const HandeyeProblem& problem, Han
   auto equations = HandeyeEquations::at(problem, result.state);
   constexpr int kIterations = 20;      // a limit of work; beyond it is not_converged
   constexpr double kSmallStep = 1e-4;  // numeric: squared, in standard deviations, of a view
-  constexpr double kNoChange = 1;      // numeric: the same, of all, where nothing is determined
-  double last_decrease = std::numeric_limits<double>::infinity();
+  // Where the translation will be refused (check_determined) the cost falls without an end, as
+  // noise of the pictures takes the place of errors of the robot, and the other parameters follow
+  // its curved valley. It is held after the steps in which bundles converge that have a minimum.
+  constexpr int kFree = 5;     // numeric: steps
+  constexpr double kHeld = 2;  // numeric: an answer at the bound is not held on its way
+  const double held_m = kHeld * policy::kHandeyeRefused * problem.scale.distance_m;
   for (int i = 0; equations && i < kIterations && !result.converged; ++i) {
+    if (i >= kFree) equations->hold_translation(held_m);
     const RobotNoise before = result.noise.noise;
     const auto found = estimate_noise(*equations, before);
     if (!found) return std::nullopt;
@@ -179,10 +176,7 @@ std::optional<HandeyeMinimum> minimise_bundle(const HandeyeProblem& problem, Han
     const auto solved = equations->solve(found->noise);
     if (!solved) return std::nullopt;
     auto next = advanced(problem, result.state, *equations, found->noise, *solved);
-    const bool small = solved->decrease < kSmallStep * static_cast<double>(problem.sights.size()) ||
-                       (std::max(solved->decrease, last_decrease) < kNoChange &&
-                        is_refused(*solved, problem.scale));
-    last_decrease = solved->decrease;
+    const bool small = solved->decrease < kSmallStep * static_cast<double>(problem.sights.size());
     result.objective = solved->objective;
     if (next) {
       result.state = std::move(next->state);

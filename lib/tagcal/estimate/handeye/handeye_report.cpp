@@ -31,6 +31,7 @@ void report_places(const HandeyeMinimum& minimum, HandeyeEstimate& answer) {
 
 double rms_px(const HandeyeSight& sight, const Lens& lens, const Pose& camera_from_board) {
   const auto& corners = sight.corners.correspondences;
+  if (corners.empty()) return std::nan("");
   double squares = 0;
   for (const Eigen::Vector2d& r :
        residuals_px({corners.data(), corners.size()}, lens, camera_from_board))
@@ -58,8 +59,8 @@ double spread_m(const HandeyeProblem& problem, const HandeyePlaces& places) {
   const auto n = static_cast<double>(problem.sights.size());
   for (const HandeyeSight& s : problem.sights) {
     const Pose holder_from_mount = mount_from_holder(problem.mount, s.base_from_hand).inverse();
-    centres.push_back(holder_from_mount *
-                      (places.mount_from_camera * (s.own[0] * problem.scale.centre)));
+    centres.push_back(holder_from_mount * (places.mount_from_camera *
+                                           (s.own[0].camera_from_target * problem.scale.centre)));
     mean += centres.back() / n;
   }
   double squares = 0;
@@ -74,9 +75,9 @@ void report_views(const HandeyeSights& sights, const HandeyeMinimum& minimum,
     answer.views.push_back(fit_of(sights, minimum, i));
     const auto n = static_cast<int>(sights.problem().sights[i].corners.correspondences.size());
     answer.num_corners += n;
-    squares += n * answer.views.back().rms_px * answer.views.back().rms_px;
+    squares += n * std::pow(answer.views.back().rms_px, 2);
   }
-  answer.rms_px = std::sqrt(squares / std::max(1, answer.num_corners));
+  answer.rms_px = std::sqrt(squares / answer.num_corners);
   answer.board_spread_m = spread_m(sights.problem(), minimum.state.places);
 }
 
@@ -96,8 +97,11 @@ void add_warnings(const HandeyeSights& sights, HandeyeEstimate& answer) {
                     answer.views.size(), answer.degrees_of_freedom));
   if (sights.problem().camera.covariance.size() == 0)
     add(answer.findings, code::lens_without_covariance,
-        "the camera has no covariance: its lens is taken as exact, and the standard deviations do "
-        "not include its errors");
+        answer.num_corners > 0
+            ? "the camera has no covariance: its lens is taken as exact, and the standard "
+              "deviations do not include its errors"
+            : "the poses count as independent: errors of a lens that all of them share are not "
+              "part of the standard deviations");
 }
 
 }  // namespace
@@ -105,7 +109,7 @@ void add_warnings(const HandeyeSights& sights, HandeyeEstimate& answer) {
 void report_minimum(const HandeyeSights& sights, const HandeyeMinimum& minimum,
                     HandeyeEstimate& answer) {
   std::vector<Pose> seen;
-  for (const HandeyeSight& s : sights.problem().sights) seen.push_back(s.own[0]);
+  for (const HandeyeSight& s : sights.problem().sights) seen.push_back(s.own[0].camera_from_target);
   const AxisSpread axes = axis_spread(seen);
   answer.axis_spread_rad = axes.spread_rad();
   answer.rotation_rad = axes.rms_rad[0];

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -39,6 +40,27 @@ void say_unusable(std::span<const SeenView> views, std::vector<Finding>& finding
                   views.size(), std::ranges::find_if(views, has_none)->image));
 }
 
+// The point of the board whose place in the camera has the least variances, by the covariances of
+// the poses: near the middle of their corners. The step of a point c is tau - [p]x omega with
+// p = R c, and its variances sum to tr(C_tt) - 2 p'w + p'G p with G = tr(C_ww) 1 - C_ww and w the
+// axial vector of C_wt - C_wt'. Zero without poses.
+Eigen::Vector3d best_seen_point(std::span<const SeenView> views) {
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d right = Eigen::Vector3d::Zero();
+  for (const SeenView& v : views) {
+    if (v.poses.empty()) continue;
+    const Eigen::Matrix3d turns = v.poses[0].covariance.topLeftCorner<3, 3>();
+    const Eigen::Matrix3d a = v.poses[0].covariance.topRightCorner<3, 3>();
+    const Eigen::Vector3d w(a(1, 2) - a(2, 1), a(2, 0) - a(0, 2), a(0, 1) - a(1, 0));
+    const Eigen::Matrix3d r = v.poses[0].camera_from_target.rotation_matrix();
+    const double trace = turns.trace();
+    sum += r.transpose() * (trace * Eigen::Matrix3d::Identity() - turns) * r / trace;
+    right += r.transpose() * w / trace;
+  }
+  if (sum.isZero()) return right;
+  return sum.ldlt().solve(right);
+}
+
 }  // namespace
 
 HandeyeSights::HandeyeSights(std::vector<SeenView> views, const UncertainCamera& camera,
@@ -48,7 +70,9 @@ HandeyeSights::HandeyeSights(std::vector<SeenView> views, const UncertainCamera&
   problem_.camera = camera;
   const bool whitened =
       std::ranges::any_of(views_, [](const SeenView& v) { return !v.covariance_px2.empty(); });
-  if (options.sigma_px > 0)
+  if (!has_corners())
+    sigma_px_ = std::nan("");
+  else if (options.sigma_px > 0)
     sigma_px_ = options.sigma_px;
   else if (!whitened)
     sigma_px_ = common_sigma_px(views_, answer.findings);
@@ -56,6 +80,10 @@ HandeyeSights::HandeyeSights(std::vector<SeenView> views, const UncertainCamera&
   set_scale();
   say_unusable(views_, answer.findings);
   gather(0);
+}
+
+bool HandeyeSights::has_corners() const {
+  return std::ranges::any_of(views_, [](const SeenView& v) { return !v.corners.empty(); });
 }
 
 void HandeyeSights::set_scale() {
@@ -66,7 +94,7 @@ void HandeyeSights::set_scale() {
       sum += c.point;
       ++n;
     }
-  if (n > 0) problem_.scale.centre = sum / n;
+  problem_.scale.centre = n > 0 ? Eigen::Vector3d(sum / n) : best_seen_point(views_);
   std::vector<double> distances;
   for (const SeenView& v : views_)
     if (is_answer(v.own.status))
@@ -107,7 +135,8 @@ void HandeyeSights::keep(std::span<const std::uint8_t> takes_part) {
 
 std::vector<HandeyePair> HandeyeSights::pairs() const {
   std::vector<HandeyePair> pairs;
-  for (const HandeyeSight& s : problem_.sights) pairs.push_back({s.own[0], s.base_from_hand});
+  for (const HandeyeSight& s : problem_.sights)
+    pairs.push_back({s.own[0].camera_from_target, s.base_from_hand});
   return pairs;
 }
 
@@ -127,13 +156,18 @@ std::optional<HandeyeSight> HandeyeSights::sight_of(const SeenView& view,
     sight.velocity = minus(*after, *before) / (2 * kStep);
   }
   const bool whitened = !view.covariance_px2.empty() && !(options_.sigma_px > 0);
+  if (!view.poses.empty()) {
+    sight.own.assign(view.poses.begin(), view.poses.end());
+    return sight;
+  }
   sight.corners =
       inlier_view(view.corners, whitened ? view.covariance_px2 : std::span<const Matrix2>(),
                   view.own.outliers, sigma_px_);
   // Residuals that contradict the corners' covariances raise them (fit_pose_robustly).
   if (whitened && view.own.sigma_px > 1)
     for (Matrix2& w : sight.corners.whitening.own()) w /= view.own.sigma_px;
-  for (const PoseHypothesis& h : view.own.hypotheses) sight.own.push_back(h.camera_from_target);
+  for (const PoseHypothesis& h : view.own.hypotheses)
+    sight.own.push_back({h.camera_from_target, h.covariance});
   return sight;
 }
 

@@ -10,12 +10,13 @@
 
 namespace tagcal::internal {
 
-// A view, with its pose by its corners alone. The corners belong to the caller.
+// A view, with its pose by its corners alone. Corners and poses belong to the caller.
 struct SeenView {
   std::string image;
   std::span<const Correspondence> corners;
   std::span<const Matrix2> covariance_px2;  // empty: by the common noise
   PoseEstimate own;
+  std::span<const SeenPose> poses;  // of a view without corners
   Pose base_from_hand;
   std::optional<double> time_s;
 };
@@ -41,6 +42,7 @@ class HandeyeSights {
   std::vector<HandeyePair> pairs() const;
 
  private:
+  bool has_corners() const;
   void set_scale();
   std::optional<HandeyeSight> sight_of(const SeenView& view, double time_offset_s) const;
 

@@ -41,11 +41,29 @@ std::vector<Pose> camera_poses(const HandeyeScale& scale, double side) {
   return poses;
 }
 
+// A view of poses from there, as precise as the one from the most usual distance: its covariance
+// about the board's centre is the same.
+HandeyeProblem posed_from(const HandeyeProblem& problem, const Pose& pose) {
+  const Vector3d& centre = problem.scale.centre;
+  HandeyeProblem one = problem;
+  one.sights = {*std::ranges::min_element(problem.sights, {}, [&](const HandeyeSight& s) {
+    const double distance_m = (s.own[0].camera_from_target * centre).norm();
+    return std::abs(distance_m - problem.scale.distance_m);
+  })};
+  SeenPose& seen = one.sights[0].own[0];
+  Matrix6 by = Matrix6::Identity();
+  by.bottomLeftCorner<3, 3>() =
+      cross_matrix(pose.rotation() * centre - seen.camera_from_target.rotation() * centre);
+  seen = {pose, by * seen.covariance * by.transpose()};
+  return one;
+}
+
 // A problem of one view from there, with the corners of the view that has most. No value if one of
 // them is outside of the image.
 std::optional<HandeyeProblem> seen_from(const HandeyeProblem& problem, const Pose& pose) {
   const auto most = std::ranges::max_element(
       problem.sights, {}, [](const HandeyeSight& s) { return s.corners.correspondences.size(); });
+  if (most->corners.correspondences.empty()) return posed_from(problem, pose);
   HandeyeProblem one = problem;
   one.sights = {*most};
   for (const Correspondence& c : one.sights[0].corners.correspondences) {
