@@ -62,6 +62,15 @@ void bind_changes(py::module_& m) {
   change.field("parameters", &CameraChange::parameters, "A list of ParameterChange.");
   change.field("rms_px", &CameraChange::rms_px, "In the image where the pictures have corners.");
   change.field("max_px", &CameraChange::max_px, "The largest there.");
+  change.field(
+      "as_well",
+      [](const CameraChange& c) {
+        std::vector<std::pair<std::size_t, std::string>> others;
+        for (const ChangedPart& other : c.as_well)
+          others.emplace_back(other.camera, kind_name(other.kind));
+        return others;
+      },
+      "Other changes that also explain the pictures: (camera, kind) of each.");
   change.representation([](const CameraChange& c) {
     return std::string(kind_name(c.kind)) + ", " + number(c.max_px, 2) + " px at most";
   });

@@ -1,6 +1,7 @@
 #include "report/check_report.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -78,6 +79,16 @@ std::string camera_lines(const CameraCheck& check) {
   return text;
 }
 
+// "; a change of the principal point would explain these pictures as well: take more to tell"
+std::string others_text(const CameraCheck& check) {
+  std::vector<std::string> others;
+  for (const ChangedPart& other : check.change->as_well)
+    others.push_back(changed_part(check, other.camera, other.kind));
+  if (others.empty()) return "";
+  return fmt::format("; a change of the {} would explain these pictures as well: take more to tell",
+                     fmt::join(others, " or the "));
+}
+
 std::string sentence(const CameraCheck& check, const std::string& file, double limit_px) {
   const std::string score = std::isfinite(check.in_sigmas)
                                 ? fmt::format(" (score {:.1f}, {:.0f} false alarm in 100 checks)",
@@ -90,9 +101,9 @@ std::string sentence(const CameraCheck& check, const std::string& file, double l
       if (!check.change)
         return "the pictures contradict " + file + ", and no single part of it explains them" +
                score;
-      return fmt::format("the {} is no longer that of {}, by {} in the image at most{}",
+      return fmt::format("the {} is no longer that of {}, by {} in the image at most{}{}",
                          changed_part(check, check.change->camera, check.change->kind), file,
-                         pixels_text(check.change->max_px), score);
+                         pixels_text(check.change->max_px), score, others_text(check));
     case CheckVerdict::cannot_tell:
       break;
   }
@@ -116,11 +127,16 @@ CheckJson change_json(const CameraCheck& check, const CameraChange& change) {
   for (const ParameterChange& p : change.parameters)
     parameters.push_back(
         {{"name", p.name}, {"known", p.known}, {"change", p.change}, {"sigma", p.sigma}});
+  CheckJson as_well = CheckJson::array();
+  for (const ChangedPart& other : change.as_well)
+    as_well.push_back(
+        {{"camera", check.cameras[other.camera].name}, {"kind", kind_name(other.kind)}});
   return {{"camera", check.cameras[change.camera].name},
           {"kind", kind_name(change.kind)},
           {"parameters", parameters},
           {"rms_px", change.rms_px},
-          {"max_px", change.max_px}};
+          {"max_px", change.max_px},
+          {"as_well", as_well}};
 }
 
 }  // namespace

@@ -21,6 +21,11 @@ struct Noise {
   double least_px, most_px;
 };
 
+// True if a kind is named, or one of those that explain the pictures as well.
+bool explains(const CameraChange& change, ChangeKind kind) {
+  return change.kind == kind || std::ranges::count(change.as_well, kind, &ChangedPart::kind) > 0;
+}
+
 std::vector<Values> measure_check(const Noise& noise, std::uint64_t seed) {
   std::vector<Values> rows;
   for (const int num_views : {2, 5, 10}) {
@@ -38,7 +43,9 @@ std::vector<Values> measure_check(const Noise& noise, std::uint64_t seed) {
       const auto stated = std::ranges::find(still.detectable, kind, &DetectableChange::kind);
       rows.push_back({static_cast<double>(num_views), times,
                       check.verdict == CheckVerdict::changed ? 1.0 : 0.0,
-                      check.cameras[0].known_rms_px, times * stated->max_px});
+                      check.cameras[0].known_rms_px, times * stated->max_px,
+                      check.change && check.change->kind == kind ? 1.0 : 0.0,
+                      check.change && explains(*check.change, kind) ? 1.0 : 0.0});
     };
     add(0, still);
     for (const double times : {1.0, 2.0})
@@ -85,6 +92,18 @@ Figure found_by_rms(const std::string& heading, double times) {
           }};
 }
 
+// Of the changes of twice the stated size that are found.
+Figure named(const std::string& heading, const std::string& column) {
+  return {heading, [column](const Sample& sample) {
+            const std::vector<double> times = sample.numbers("times"),
+                                      found = sample.numbers("found"), is = sample.numbers(column);
+            double all = 0, right = 0;
+            for (std::size_t i = 0; i < times.size(); ++i)
+              if (times[i] == 2 && found[i] > 0) ++all, right += is[i];
+            return fmt::format("{:.1f} %", 100 * right / std::max(1.0, all));
+          }};
+}
+
 Figure stated_size() {
   return {"stated change, median", [](const Sample& sample) {
             const std::vector<double> times = sample.numbers("times"), px = sample.numbers("px");
@@ -101,7 +120,7 @@ Study check_study() {
   return {.name = "check",
           .summary = "changed cameras: what a check finds, and a threshold of the RMS residual",
           .count = 1000,
-          .columns = {"pictures", "times", "found", "rms", "px"},
+          .columns = {"pictures", "times", "found", "rms", "px", "named", "explained"},
           .tasks =
               [](const StudyOptions&) {
                 std::vector<study::Task> tasks;
@@ -112,11 +131,13 @@ Study check_study() {
                                    }});
                 return tasks;
               },
-          .tables = {{{"task", "pictures"},
-                      {stated_size(), found_by_check("check, unchanged", 0),
-                       found_by_check("stated change", 1), found_by_check("twice that", 2),
-                       found_by_rms("RMS, unchanged", 0), found_by_rms("stated change", 1),
-                       found_by_rms("twice that", 2)}}}};
+          .tables = {
+              {{"task", "pictures"},
+               {stated_size(), found_by_check("check, unchanged", 0),
+                found_by_check("stated change", 1), found_by_check("twice that", 2),
+                found_by_rms("RMS, unchanged", 0), found_by_rms("stated change", 1),
+                found_by_rms("twice that", 2)}},
+              {{"task", "pictures"}, {named("named", "named"), named("or as well", "explained")}}}};
 }
 
 }  // namespace tagcal

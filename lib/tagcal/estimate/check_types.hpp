@@ -40,6 +40,11 @@ struct ParameterChange {
   double sigma = 0;
 };
 
+struct ChangedPart {
+  std::size_t camera = 0;  // index in the rig; 0 for one camera
+  ChangeKind kind = ChangeKind::lens;
+};
+
 // The leanest change that explains the pictures: what remains is not significant.
 struct CameraChange {
   std::size_t camera = 0;  // index in the rig; 0 for one camera
@@ -49,6 +54,7 @@ struct CameraChange {
   // a rotation of the camera (projection_uncertainty.hpp), of a place the corners themselves.
   double rms_px = 0;
   double max_px = 0;
+  std::vector<ChangedPart> as_well;  // other changes, without this one, that also explain them
 };
 
 // The smallest change of one kind that these pictures would have shown with the probability

@@ -1,5 +1,6 @@
 #include "tagcal/estimate/camera_check/candidates.hpp"
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
@@ -144,6 +145,12 @@ std::vector<ParameterChange> parameter_changes(const Candidate& candidate,
   return changes;
 }
 
+// True if a candidate can change all that another one can.
+bool contains(const Candidate& all, const Candidate& part) {
+  const MatrixXd rest = all.basis * all.basis.colPivHouseholderQr().solve(part.basis) - part.basis;
+  return rest.norm() < 1e-9 * part.basis.norm();  // numeric: rounding
+}
+
 }  // namespace
 
 std::vector<Candidate> candidates_of(const FreeFit& fit, Index size) {
@@ -164,14 +171,20 @@ std::optional<CameraChange> leanest_change(const std::vector<Candidate>& candida
   }
   if (!best) return std::nullopt;
   const auto [rms, most] = lengths(best->pixels * of_best.coefficients);
-  return CameraChange{best->camera, best->kind, parameter_changes(*best, of_best, fit), rms, most};
+  CameraChange change{best->camera, best->kind, parameter_changes(*best, of_best, fit),
+                      rms,          most,       {}};
+  for (const Candidate& other : candidates)
+    if (!contains(other, *best) &&
+        test.rest(test.explained_by(other.basis)) <= policy::kCheckQuantile)
+      change.as_well.push_back({other.camera, other.kind});
+  return change;
 }
 
 DetectableChange detectable(const Candidate& candidate, const ChangeTest& test,
                             const FreeFit& fit) {
   const VectorXd least = test.least_shown(candidate.basis, candidate.pixels);
-  DetectableChange change{candidate.camera, candidate.kind,
-                          lengths(candidate.pixels * least).second, 0, {}};
+  DetectableChange change{
+      candidate.camera, candidate.kind, lengths(candidate.pixels * least).second, 0, {}};
   constexpr double kMillimetres = 1000;  // of a metre
   if (candidate.kind == ChangeKind::focal_length) {
     const Lens lens = fit.state.cameras[candidate.camera].lens();
