@@ -241,11 +241,12 @@ std::vector<TargetMistake> common_mistakes(const std::vector<std::vector<TargetM
   return common;
 }
 
-std::vector<TargetMistake> missing_rows(const std::vector<DetectedPicture>& found,
+std::vector<TargetMistake> missing_rows(const std::vector<ImageSource>& images,
+                                        const std::vector<DetectedPicture>& found,
                                         const std::vector<PlacedBoard>& boards) {
   std::vector<TargetMistake> mistakes;
   for (const PlacedBoard& placed : boards)
-    if (auto mistake = internal::missing_rows(found, placed.board))
+    if (auto mistake = internal::missing_rows(images, found, placed.board))
       mistakes.push_back(*std::move(mistake));
   return mistakes;
 }
@@ -263,7 +264,7 @@ std::vector<TargetMistake> target_mistakes(const std::vector<ImageSource>& image
   std::vector<std::size_t> suspicious;
   for (std::size_t i = 0; i < found.size(); ++i)
     if (is_suspicious(found[i], boards)) suspicious.push_back(i);
-  if (2 * suspicious.size() <= found.size()) return missing_rows(found, boards);
+  if (2 * suspicious.size() <= found.size()) return missing_rows(images, found, boards);
   const std::vector<std::size_t> probes = evenly_spread(suspicious, kProbes);
   std::vector<std::vector<TargetMistake>> shown(probes.size());
   parallel_for(probes.size(), options.threads, [&](std::size_t i) {
@@ -274,7 +275,7 @@ std::vector<TargetMistake> target_mistakes(const std::vector<ImageSource>& image
     shown[i] = explainer.mistakes();
   });
   std::vector<TargetMistake> common = common_mistakes(shown);
-  return common.empty() ? missing_rows(found, boards) : common;
+  return common.empty() ? missing_rows(images, found, boards) : common;
 }
 
 std::vector<std::string> board_warnings(const std::vector<PlacedBoard>& boards,

@@ -257,7 +257,7 @@ inline constexpr double kSuspiciousShare = 0.9;
 // inside of it, to have room for this row; and number of pictures with room but without the row that
 // show a board of fewer rows. Source: none; chosen by hand: it is said with an "if".
 inline constexpr double kShownShare = 0.5;
-inline constexpr std::ptrdiff_t kPicturesWithRoom = 3;
+inline constexpr std::size_t kPicturesWithRoom = 3;
 
 // ---- Finding checkerboards
 
