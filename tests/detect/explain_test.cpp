@@ -209,6 +209,12 @@ TEST(Explain, WrongCharucoBoards) {
       return warning.find(wrong.start) != std::string::npos;
     })) << wrong.start;
   }
+  // A dictionary that has the markers of the whole board, of which the picture shows a part.
+  Charuco larger = charuco(7, 20, false);
+  larger.dictionary = "DICT_5X5_100";
+  expect_one_mistake(explained(image, make_board(larger)),
+                     "wrong dictionary: 21 markers of DICT_4X4_100 are in the picture, but the "
+                     "target file says DICT_5X5_100; write dictionary: DICT_4X4_100");
   const Image8 legacy = picture_of(make_board(charuco(7, 6, true)));
   const Explanation e = explained(legacy, make_board(charuco(7, 6, false)));
   ASSERT_EQ(e.mistakes.size(), 1u);

@@ -79,14 +79,17 @@ std::size_t count_in(const ImageView8& image, const TagKind& kind) {
   return seen.kinds.empty() ? 0 : seen.kinds.front().tags.size();
 }
 
-TargetMistake other_kind(const TagsOfKind& seen, const TagKind& wanted, bool is_charuco) {
+TargetMistake other_kind(const TagsOfKind& seen, const TagKind& wanted, const Board& board) {
   const std::size_t n = seen.tags.size();
-  if (is_charuco) {
-    const int last = std::ranges::max_element(seen.tags, {}, &FoundTag::id)->id;
+  if (checkers(board)) {
+    // The picture may show a part of the board.
+    const int last = std::max(std::ranges::max_element(seen.tags, {}, &FoundTag::id)->id,
+                              std::ranges::max(tags_of(board), {}, &Tag::id).id);
+    const std::string dictionary = smallest_with(seen.kind.family, last);
     return {"wrong dictionary",
             fmt::format("{} markers of {} are in the picture, but the target file says {}; write "
                         "dictionary: {}",
-                        n, seen.kind.family, wanted.family, smallest_with(seen.kind.family, last)),
+                        n, dictionary, wanted.family, dictionary),
             true};
   }
   if (seen.kind.family == wanted.family)
@@ -158,7 +161,7 @@ std::optional<TargetMistake> kind_mistake(const ImageView8& image, const Board& 
     if (!nothing_found && !is_border) continue;  // tags of another object
     if (!most || seen.tags.size() > most->tags.size()) most = &seen;
   }
-  if (most) return other_kind(*most, wanted, checkers(board).has_value());
+  if (most) return other_kind(*most, wanted, board);
   return nothing_found ? wrong_picture(image, wanted) : std::nullopt;
 }
 
