@@ -103,6 +103,8 @@ TEST_F(TargetFile, BadGrids) {
         ": tagSize: must be a length in metres, or with its unit (30mm, 3cm, 0.03m, 1in), got a "
         "map"},
        {"tagSpacing: 0.3", "tagSpacing: -0.3", ": tagSpacing: must be >= 0, got -0.3"},
+       {"tagSpacing: 0.3", "tagSpacing: 11mm",
+        ": tagSpacing: must be the gap divided by tagSize, 0.125, got 11mm"},
        {"'aprilgrid'", "'aprilgird'",
         ": target_type: must be aprilgrid, tags, checkerboard, charuco, circlegrid or points"},
        {"target_type:", "type:", ": target_type: the key is missing"},

@@ -37,6 +37,24 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return row.back();
 }
 
+std::string without_underscores(std::string_view key) {
+  std::string letters = lower_case(key);
+  std::erase(letters, '_');
+  return letters;
+}
+
+// A key that may stand for a missing one: "cols" or "tag_cols" for "tagCols". Empty if there is
+// none.
+std::string_view key_instead(const YamlNode& map, std::string_view missing) {
+  constexpr std::size_t kShortest = 3;  // numeric: letters; less are part of many words
+  const std::string wanted = without_underscores(missing);
+  for (const auto& [key, node] : map.children) {
+    const std::string letters = without_underscores(key);
+    if (letters.size() >= kShortest && wanted.find(letters) != std::string::npos) return key;
+  }
+  return {};
+}
+
 // Suggests a known key, or lists all of them.
 std::string advice(std::string_view key, std::initializer_list<std::string_view> known) {
   std::string_view nearest;
@@ -109,8 +127,10 @@ std::optional<YamlValue> YamlValue::find(std::string_view key) const {
 
 YamlValue YamlValue::at(std::string_view key) const {
   if (auto value = find(key)) return *value;
-  throw Error(
-      fmt::format("{}: {}{}{}: the key is missing", *file_, path_, path_.empty() ? "" : ".", key));
+  const std::string_view other = key_instead(*node_, key);
+  throw Error(fmt::format(
+      "{}: {}{}{}: the key is missing{}", *file_, path_, path_.empty() ? "" : ".", key,
+      other.empty() ? "" : fmt::format("; if {} is meant, write {}", shown(other), key)));
 }
 
 std::vector<std::pair<std::string, YamlValue>> YamlValue::members() const {
