@@ -282,6 +282,7 @@ std::string tolerance_yaml(const char* key, const Tolerance& tolerance) {
 Board board_from_yaml(const YamlValue& top, std::optional<int> first_id,
                       std::vector<std::string>* warnings, std::optional<double> tag_size_m) {
   if (is_field_layout(top)) return read_field_layout(top, first_id, tag_size_m, warnings);
+  if (!top.find("target_type")) top.refuse_other_kind("a target file");
   const YamlValue type = top.at("target_type");
   if (tag_size_m)
     top.fail_plainly("states the size of its tags: only a field layout of WPILib can be given one");

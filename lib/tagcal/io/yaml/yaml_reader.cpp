@@ -37,6 +37,20 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return row.back();
 }
 
+// A key that files of one kind have at their top, and files of no other kind.
+struct KindOfFile {
+  std::string_view key, name;
+};
+constexpr KindOfFile kKinds[] = {
+    {"target_type", "a target file"},
+    {"camera_matrix", "a camera's file"},
+    {"cam0", "a camera's file"},
+    {"cameras", "a rig's file"},
+    {"images", "a data set"},
+    {"poses", "the truth of a data set"},
+    {"path", "a scene"},
+};
+
 std::string without_underscores(std::string_view key) {
   std::string letters = lower_case(key);
   std::erase(letters, '_');
@@ -84,8 +98,17 @@ YamlValue YamlValue::parse(const std::string& text, const std::string& file) {
 
 YamlValue YamlValue::of(std::shared_ptr<const YamlNode> top, const std::string& file) {
   YamlValue value(std::make_shared<const std::string>(file), std::move(top), "");
+  if (value.is_scalar() && value.node_->scalar.starts_with("image,"))
+    value.fail_plainly("is a table (CSV), not YAML");
   if (!value.is_map()) value.fail("must be a map of keys");
   return value;
+}
+
+void YamlValue::refuse_other_kind(std::string_view wanted) const {
+  if (!path_.empty()) return;
+  for (const KindOfFile& kind : kKinds)
+    if (kind.name != wanted && find(kind.key))
+      fail_plainly(fmt::format("is {}, not {}", kind.name, wanted));
 }
 
 std::string YamlValue::value_shown() const {
