@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <numbers>
+#include <tuple>
 
 #include "tagcal/detect/detector.hpp"
 #include "tagcal/detect/families.hpp"
@@ -303,6 +304,31 @@ TEST(Explain, WrongSizesOfCheckerboards) {
   // One picture with a part of the board is no mistake.
   EXPECT_TRUE(explained(image, checkerboard(8, 8)).mistakes.empty());
   EXPECT_TRUE(detected({image, image}, checkerboard(5, 6)).pictures[0].warnings.empty());
+}
+
+TEST(Explain, TargetsOfAnotherTypeAreNamed) {
+  const Board tags = grid_of("tag36h11", 2), squares = checkerboard(6, 5);
+  const Board markers = make_board(charuco(7, 6, false));
+  const Board circles = make_board(CircleGrid{5, 4, 0.05, 0.02});
+  const std::string of_tags = "wrong target_type: the picture shows 12 tags of tag36h11, but ";
+  const std::string of_markers = "wrong target_type: the picture shows 21 markers of DICT_4X4_50, ";
+  const std::string of_squares =
+      "wrong target_type: the picture shows a grid of 6 x 5 corners, but the target file says "
+      "target_type: ";
+  const std::vector<std::tuple<Board, Board, std::string>> table = {
+      {tags, squares, of_tags},       {tags, markers, of_tags},       {tags, circles, of_tags},
+      {markers, tags, of_markers},    {markers, squares, of_markers}, {squares, tags, of_squares},
+      {squares, markers, of_squares}, {squares, circles, of_squares}};
+  for (const auto& [seen, in_file, start] : table) {
+    const Image8 image = picture_of(seen);
+    SCOPED_TRACE(start);
+    expect_one_mistake(explained(image, in_file), start);
+    const Detected set = detected({image, image, image}, in_file);
+    EXPECT_TRUE(std::ranges::any_of(set.warnings, [&](const std::string& warning) {
+      return warning.find(start) != std::string::npos;
+    }));
+  }
+  EXPECT_TRUE(explained(Image8({480, 360}, 128), tags).mistakes.empty());
 }
 
 TEST(Explain, SmallPictures) {
