@@ -38,7 +38,7 @@ struct TagRows {
     return static_cast<int>(std::lround(row_at(tag.board_from_tag.translation().y())));
   }
   bool is_before(const Vector2d& point, int row) const {
-    return row_at(point.y()) < row - 0.5 - kRowRounding;
+    return row_at(point.y()) < row - 1.0 / 2 - kRowRounding;
   }
 };
 
@@ -105,7 +105,7 @@ int num_touched(const std::vector<DetectedPicture>& found, const TagRows& rows) 
     for (const Observation& seen : picture.view.observations)
       if (const auto point = rows.points.find(seen.id); point != rows.points.end()) {
         const double row = rows.row_at(point->second.y());
-        touched = std::max(touched, static_cast<int>(std::floor(row + 0.5 + kRowRounding)) + 1);
+        touched = std::max(touched, static_cast<int>(std::floor(row + 1.0 / 2 + kRowRounding)) + 1);
       }
   return touched;
 }

@@ -64,6 +64,7 @@ std::optional<TargetMistake> checkerboard(const ImageView8& image, const Board& 
 
 std::optional<TargetMistake> target_type_mistake(const ImageView8& image,
                                                  const std::vector<PlacedBoard>& boards) {
+  if (boards.empty()) return std::nullopt;  // a search for a family
   const Board& board = boards.front().board;
   if (auto tags = other_tags(image, board)) return tags;
   return checkerboard(image, board);
