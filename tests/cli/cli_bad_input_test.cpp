@@ -21,9 +21,28 @@ TEST_F(Cli, UsageErrorsAreOneLineWithAHint) {
   }
   expect_bad_input("calibrate " + path("set") + " --model opencv6",
                    {"opencv6", "opencv5", "fisheye4"});
+  const std::string convert = "convert " + path("set/truth.yaml") + " " + path("x.bag");
+  expect_bad_input(convert, {"choose one by --to: tagcal, opencv, ", " or tum"});
+  expect_bad_input(convert + " --to roz", {"did you mean ros?"});
+  const Outcome other_word = run(convert + " --to foo");  // shares one letter with ros
+  EXPECT_EQ(other_word.err.find("did you mean"), std::string::npos) << other_word.err;
   expect_bad_input("pose " + path("set") + " extra --camera c.yaml", {"extra", "one DATASET"});
   expect_bad_input("calibrate --target " + path("set/target.yaml"), {"needs DATASET|IMAGE"});
   expect_bad_input("detect " + path("set/images/000.png"), {"000.png", "--target"});
+}
+
+TEST_F(Cli, ForgottenValuesAndNamesOfTheOtherKindAreNamed) {
+  const std::string straight =
+      "reproject " + path("set/images/000.png") + " --camera " + path("set/truth.yaml");
+  expect_bad_input(straight + " --undistort --out " + path("new"),
+                   {"--undistort: needs a value before --out"});
+  expect_bad_input(straight + " --undistort all --out " + path("new.jpg"),
+                   {"new.jpg: must be a folder, got the name of a picture"});
+  const std::string charuco =
+      "target_type: charuco\nsquareCols: 7\nsquareRows: 5\nsquareSize: 30mm\nmarkerSize: 20mm\n";
+  spill(root() / "squares.yaml", charuco + "dictionary: 4x4_50\n");
+  expect_bad_input("board " + path("squares.yaml") + " --out " + path("squares.pdf"),
+                   {"squares.yaml: dictionary: must be one of DICT_4X4_50, "});
 }
 
 TEST_F(Cli, OptionsWithoutEffectAreRefused) {

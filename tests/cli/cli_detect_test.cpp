@@ -49,6 +49,15 @@ TEST_F(Cli, ExplainNamesTheMistakeOnStderr) {
   const Outcome bad = run("detect --target " + path("kalibr.yaml") + " " + picture + " --explain");
   EXPECT_EQ(bad.exit_code, 0);
   EXPECT_NE(bad.err.find("wrong border: "), std::string::npos) << bad.err;
+  // It does not advise the option that was given, or to search for what it has named.
+  write_png(root() / "grey.png", Image8({640, 400}, 128));
+  const std::string grey = "detect --target " + path("set/target.yaml") + " " + path("grey.png");
+  const auto advises = [](const Outcome& o) {
+    return (o.out + o.err).find("what to do --explain") != std::string::npos;
+  };
+  EXPECT_TRUE(advises(run(grey)));
+  EXPECT_FALSE(advises(run(grey + " --explain")));
+  EXPECT_FALSE(advises(bad));
 }
 
 // What it says to type finds the tags.

@@ -336,7 +336,7 @@ TEST_F(PoseCli, ThePageShowsWhatTheCommandPrints) {
   const OnThePage page = on_the_page(path("page-drawings"));
   const Outcome outcome = run(page.arguments);
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  const std::string count = "1 of 1 views with an answer\n";
+  const std::string count = "1 of 1 view with an answer\n";
   EXPECT_TRUE(outcome.err.ends_with(count)) << outcome.err;
   expect_same_text(page.text, outcome.out + count, 2e-4, 1e-3);
 }

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <numbers>
+#include <tuple>
 
 #include "tagcal/detect/detector.hpp"
 #include "tagcal/detect/families.hpp"
@@ -209,11 +210,24 @@ TEST(Explain, WrongCharucoBoards) {
       return warning.find(wrong.start) != std::string::npos;
     })) << wrong.start;
   }
+  // A dictionary that has the markers of the whole board, of which the picture shows a part.
+  Charuco larger = charuco(7, 20, false);
+  larger.dictionary = "DICT_5X5_100";
+  expect_one_mistake(explained(image, make_board(larger)),
+                     "wrong dictionary: 21 markers of DICT_4X4_100 are in the picture, but the "
+                     "target file says DICT_5X5_100; write dictionary: DICT_4X4_100");
   const Image8 legacy = picture_of(make_board(charuco(7, 6, true)));
   const Explanation e = explained(legacy, make_board(charuco(7, 6, false)));
   ASSERT_EQ(e.mistakes.size(), 1u);
   EXPECT_TRUE(e.mistakes[0].ends_with("write legacy: true")) << e.mistakes[0];
   EXPECT_TRUE(explained(legacy, make_board(charuco(7, 6, true))).mistakes.empty());
+  // What is advised is not what the file says already.
+  for (const bool in_file : {false, true}) {
+    const Explanation odd = explained(legacy, make_board(charuco(7, 7, in_file)));
+    ASSERT_EQ(odd.mistakes.size(), 1u);
+    EXPECT_TRUE(odd.mistakes[0].ends_with(in_file ? "even number" : "even number, legacy: true"))
+        << odd.mistakes[0];
+  }
 }
 
 // The ids of the rows that are there are right.
@@ -226,10 +240,51 @@ TEST(WrongRows, AreNamedIfPicturesHaveRoomForThem) {
     const auto said =
         warnings(tags, make_board(AprilGrid{4, 3 + more, 0.06, 0.3, 0, "tag36h11", 1, false}));
     ASSERT_EQ(said.size(), 1U) << more;
-    EXPECT_NE(said[0].find("wrong rows: no picture shows more than 3 of the"), std::string::npos);
+    EXPECT_NE(said[0].find("wrong rows: the pictures show 3 of the"), std::string::npos);
     EXPECT_TRUE(said[0].ends_with("write tagRows: 3")) << said[0];
   }
   EXPECT_TRUE(warnings(tags, grid_of("tag36h11", 1)).empty());
+}
+
+// The lower edge of the board is found as corners, too: the number of rows is that of the markers.
+TEST(WrongRows, OfCharucoBoardsAreThoseOfThePictures) {
+  for (const bool legacy : {false, true}) {
+    const Image8 image = picture_of(make_board(charuco(7, 6, legacy)), legacy ? 1.0 : 0.7);
+    const auto warnings = [&](int rows) {
+      return detected({image, image, image}, make_board(charuco(7, rows, legacy))).warnings;
+    };
+    EXPECT_TRUE(warnings(6).empty());
+    for (const int rows : {7, 10}) {
+      if (legacy && rows == 7) continue;  // its pattern differs
+      const auto said = warnings(rows);
+      ASSERT_EQ(said.size(), 1U) << rows;
+      const std::string start =
+          "wrong rows: the pictures show 6 of the " + std::to_string(rows) + " rows of squares";
+      EXPECT_NE(said[0].find(start), std::string::npos) << said[0];
+      EXPECT_TRUE(said[0].ends_with("write squareRows: 6")) << said[0];
+    }
+  }
+}
+
+// The board in the picture has 9 rows. The lowest ones are outside, or hidden in all but a few
+// pictures, so that nothing can be said of their number.
+TEST(WrongRows, OfCharucoBoardsSeenInPartAreNotNamed) {
+  const Image8 whole = picture_of(make_board(charuco(7, 9, false)), 0.9);
+  const ImageSize upper{whole.width(), 235};
+  Image8 cut(upper), hidden = whole;
+  for (int y = 0; y < whole.height(); ++y)
+    for (int x = 0; x < whole.width(); ++x) {
+      if (y < upper.height) cut(x, y) = whole(x, y);
+      if (y >= upper.height) hidden(x, y) = 128;
+    }
+  for (const int rows : {9, 11}) {
+    const Detected set = detected({cut, cut, cut, cut}, make_board(charuco(7, rows, false)));
+    EXPECT_GT(set.pictures[0].view.observations.size(), 20U);
+    EXPECT_TRUE(set.warnings.empty()) << set.warnings[0];
+  }
+  const Board board = make_board(charuco(7, 9, false));
+  const Detected set = detected({hidden, hidden, hidden, hidden, whole}, board);
+  EXPECT_TRUE(set.warnings.empty()) << set.warnings[0];
 }
 
 Board checkerboard(int columns, int rows) {
@@ -249,6 +304,31 @@ TEST(Explain, WrongSizesOfCheckerboards) {
   // One picture with a part of the board is no mistake.
   EXPECT_TRUE(explained(image, checkerboard(8, 8)).mistakes.empty());
   EXPECT_TRUE(detected({image, image}, checkerboard(5, 6)).pictures[0].warnings.empty());
+}
+
+TEST(Explain, TargetsOfAnotherTypeAreNamed) {
+  const Board tags = grid_of("tag36h11", 2), squares = checkerboard(6, 5);
+  const Board markers = make_board(charuco(7, 6, false));
+  const Board circles = make_board(CircleGrid{5, 4, 0.05, 0.02});
+  const std::string of_tags = "wrong target_type: the picture shows 12 tags of tag36h11, but ";
+  const std::string of_markers = "wrong target_type: the picture shows 21 markers of DICT_4X4_50, ";
+  const std::string of_squares =
+      "wrong target_type: the picture shows a grid of 6 x 5 corners, but the target file says "
+      "target_type: ";
+  const std::vector<std::tuple<Board, Board, std::string>> table = {
+      {tags, squares, of_tags},       {tags, markers, of_tags},       {tags, circles, of_tags},
+      {markers, tags, of_markers},    {markers, squares, of_markers}, {squares, tags, of_squares},
+      {squares, markers, of_squares}, {squares, circles, of_squares}};
+  for (const auto& [seen, in_file, start] : table) {
+    const Image8 image = picture_of(seen);
+    SCOPED_TRACE(start);
+    expect_one_mistake(explained(image, in_file), start);
+    const Detected set = detected({image, image, image}, in_file);
+    EXPECT_TRUE(std::ranges::any_of(set.warnings, [&](const std::string& warning) {
+      return warning.find(start) != std::string::npos;
+    }));
+  }
+  EXPECT_TRUE(explained(Image8({480, 360}, 128), tags).mistakes.empty());
 }
 
 TEST(Explain, SmallPictures) {

@@ -245,5 +245,25 @@ TEST(Families, UnknownNamesAndBordersAreErrors) {
   }
 }
 
+// The key of a ChArUco board's file is `dictionary`.
+TEST(Families, OfCharucoBoardsAreDictionaries) {
+  const auto error_of = [](int rows, const std::string& dictionary) -> std::string {
+    try {
+      check_tags(make_board(Charuco{7, rows, 0.02, 0.015, dictionary}));
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(error_of(14, "DICT_4X4_50"), "");  // 49 markers
+  EXPECT_EQ(
+      error_of(90, "DICT_4X4_50"),
+      "dictionary: DICT_4X4_50 has 50 markers, but those of the board are numbered up to 314; "
+      "choose a larger dictionary, or fewer squares");
+  const std::string unknown = error_of(6, "4x4_50");
+  EXPECT_TRUE(unknown.starts_with("dictionary: must be one of DICT_4X4_50, ")) << unknown;
+  EXPECT_TRUE(unknown.ends_with(", got 4x4_50")) << unknown;
+}
+
 }  // namespace
 }  // namespace tagcal

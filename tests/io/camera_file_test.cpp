@@ -242,6 +242,8 @@ TEST_F(CameraFileTest, BadFiles) {
   const std::vector<std::pair<std::string, std::string>> table = {
       {"", ": is empty"},
       {"a: 1\n", ": is no camera's file"},
+      {"target_type: aprilgrid\n", ": is a target file, not a camera's file"},
+      {"camera: {f: 5}\npath: {type: dome}\n", ": is a scene, not a camera's file"},
       {"640 480 600 601 320 240\n", ": must be a map of keys"},  // no camera of COLMAP
       {"<?xml version=\"1.0\"?>\n<opencv_storage>\n<a>", ": is not OpenCV's XML"},
       {replaced(kOpenCVXml, "6.0012345678901234e+02", ".Nan"),

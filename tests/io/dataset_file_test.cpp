@@ -90,7 +90,7 @@ TEST_F(DatasetFile, BadDatasets) {
        {"image_size: [64, 48]\n", "", "dataset.yaml: image_size: the key is missing"},
        {"target: target.yaml\n", "", "dataset.yaml: target: the key is missing"},
        {"target.yaml", "none.yaml", "none.yaml: no such file"},
-       {"target.yaml", "seen.csv", "seen.csv: must be a map of keys"},
+       {"target.yaml", "seen.csv", "seen.csv: is a table (CSV), not YAML"},
        {"target.yaml", "[]", "dataset.yaml: target: must be a list of at least 1, got a list of 0"},
        {"target.yaml", "[target.yaml, target.yaml]",
         "dataset.yaml: target: ids must be unique over all boards, but id 0 is on boards 0"},

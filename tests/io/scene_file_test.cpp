@@ -104,6 +104,11 @@ TEST_F(SceneFile, UnknownKeysOfATargetFileWarnButOfAnInlineTargetDoNot) {
             "scene.yaml: boards[1].target.colour: unknown key; kno");
 }
 
+TEST_F(SceneFile, FilesOfAnotherKindAreNamed) {
+  EXPECT_EQ(error("target_type: aprilgrid\n"), "scene.yaml: is a target file, not a scene");
+  EXPECT_EQ(error("image_size: [4, 3]\nimages: []\n"), "scene.yaml: is a data set, not a scene");
+}
+
 TEST_F(SceneFile, BadScenes) {
   const std::vector<BadFile> table = {
       {"  fy: 501\n", "", "scene.yaml: camera.fy: the key is missing"},

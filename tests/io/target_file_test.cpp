@@ -103,9 +103,13 @@ TEST_F(TargetFile, BadGrids) {
         ": tagSize: must be a length in metres, or with its unit (30mm, 3cm, 0.03m, 1in), got a "
         "map"},
        {"tagSpacing: 0.3", "tagSpacing: -0.3", ": tagSpacing: must be >= 0, got -0.3"},
+       {"tagSpacing: 0.3", "tagSpacing: 11mm",
+        ": tagSpacing: must be the gap divided by tagSize, 0.125, got 11mm"},
        {"'aprilgrid'", "'aprilgird'",
         ": target_type: must be aprilgrid, tags, checkerboard, charuco, circlegrid or points"},
        {"target_type:", "type:", ": target_type: the key is missing"},
+       {"target_type:", "camera_matrix:", ": is a camera's file, not a target file"},
+       {"target_type:", "images:", ": is a data set, not a target file"},
        {"tagCols", "border_bits: 3\ntagCols", ": border_bits: must be a whole number from 1 to 2"},
        {"tagCols", "corner_squares: 2\ntagCols", ": corner_squares: must be true or false, got 2"},
        {"tagCols", "family: ''\ntagCols", ": family: must be a text, got \"\""},

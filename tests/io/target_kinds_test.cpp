@@ -25,6 +25,10 @@ TEST_F(TargetFile, CheckerboardsHaveKalibrsKeys) {
        {"targetCols: 7", "targetCols: 50000",
         ": targetCols * targetRows: must be at most 100000, got 300000"},
        {"targetRows: 6\n", "", ": targetRows: the key is missing"},
+       {"targetRows", "rows",
+        ": targetRows: the key is missing; if rows is meant, write targetRows"},
+       {"targetRows", "target_rows",
+        ": targetRows: the key is missing; if target_rows is meant, write targetRows"},
        {"Meters: 0.06", "Meters: 0", ": rowSpacingMeters: must be > 0, got 0"},
        {"Meters: 0.05", "Meters: x",
         ": colSpacingMeters: must be a length in metres, or with its unit (30mm, 3cm, 0.03m, 1in), "

@@ -143,10 +143,17 @@ fs::path fitted_file(const Arguments& arguments) {
   return file;
 }
 
+TagFamilies families_of(const Arguments& arguments, const Board& board) {
+  return naming(arguments.target, [&] {
+    check_tags(board);
+    return tag_families({{board, Pose()}});
+  });
+}
+
 void print_on_paper(const Arguments& arguments, const std::string& kind, const Board& board) {
   const fs::path file = fitted_file(arguments);
   const std::string name = printable_name(file);
-  const TagFamilies families = tag_families({{board, Pose()}});
+  const TagFamilies families = families_of(arguments, board);
   const FittedBoard fitted = naming(arguments.target, [&] {
     return fitted_board(board, families, name, paper_named(arguments.paper), arguments.landscape);
   });
@@ -186,7 +193,7 @@ std::string paper_for(const Sheet& sheet) {
 void print_true_to_scale(const Arguments& arguments, const std::string& kind, const Board& board,
                          std::vector<std::string>& warnings) {
   const std::string name = printable_name(arguments.target);
-  const TagFamilies families = tag_families({{board, Pose()}});
+  const TagFamilies families = families_of(arguments, board);
   if (const double cell_mm = least_cell_mm(board, families); cell_mm < kLeastCell_mm)
     throw Error(
         fmt::format("{}: the smallest cells must be {} mm wide to be printed, got {:.3g} mm",

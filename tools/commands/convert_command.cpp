@@ -88,12 +88,18 @@ void cut_and_scale(CameraFile& file, const Arguments& arguments) {
     file.notes.emplace_back("dropped: the standard deviations, which belong to the other pixels");
 }
 
+std::vector<std::string> names_of_formats() {
+  std::vector<std::string> names;
+  for (const CameraFormat& format : camera_formats()) names.emplace_back(format.name);
+  return names;
+}
+
 std::string format_of(const Arguments& arguments) {
   if (!arguments.format.empty()) return arguments.format;
   const std::string_view format = format_of_name(arguments.out);
   if (!format.empty()) return std::string(format);
-  throw Error(
-      fmt::format("{}: its name does not say the format: choose one by --to", arguments.out));
+  throw Error(fmt::format("{}: its name does not say the format: choose one by --to: {}",
+                          arguments.out, alternatives(names_of_formats())));
 }
 
 // True if OUT is a folder: of all cameras of a format with a file for each, or of a stereo pair.
@@ -196,12 +202,6 @@ int run(const Arguments& arguments) {
   print_notes(arguments.out, notes);
   say_converted(arguments.out, file, format, notes);
   return kAnswer;
-}
-
-std::vector<std::string> names_of_formats() {
-  std::vector<std::string> names;
-  for (const CameraFormat& format : camera_formats()) names.emplace_back(format.name);
-  return names;
 }
 
 // The endings of names that stand for a format.

@@ -122,7 +122,7 @@ int run(const Arguments& arguments) {
   if (arguments.json)
     print_result(json_text(detection_json(input, rows_json(csv))));
   else
-    print_summary(detection_summary(input, arguments.verbose), arguments.out);
+    print_summary(detection_summary(input, arguments.verbose, arguments.explain), arguments.out);
   if (arguments.explain) explain_all(input);
   return kAnswer;
 }

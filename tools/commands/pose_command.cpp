@@ -18,6 +18,7 @@
 #include "job/output_folder.hpp"
 #include "job/outputs.hpp"
 #include "job/progress.hpp"
+#include "job/terminal.hpp"
 #include "report/pose_report.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/check_camera.hpp"
@@ -237,8 +238,8 @@ int finish(const Arguments& arguments, const std::vector<PoseReport>& reports,
   }
   print_answer(arguments.json ? pose_json(reports) : pose_text(reports, arguments.verbose),
                arguments.json);
-  print_note("{} of {} {} with an answer\n", answers, reports.size(),
-             arguments.rig.empty() ? "views" : "instants");
+  print_note("{} of {} with an answer\n", answers,
+             counted(reports.size(), arguments.rig.empty() ? "view" : "instant"));
   return answers > 0 ? kAnswer : kNoAnswer;
 }
 

@@ -33,6 +33,11 @@ std::optional<T> number_of(const std::string& text) {
 // A script's empty variable is no value, and must not be taken for an option that was left out.
 std::string not_empty(const std::string& text) { return text.empty() ? "must not be empty" : ""; }
 
+// CLI11 takes the next option for the value that was forgotten: `--undistort --out new`.
+std::string not_option(const std::string& text) {
+  return text.size() > 2 && text.starts_with("--") ? "needs a value before " + text : "";
+}
+
 std::string not_stdout(const std::string& text) {
   return text == "-" ? "- is standard output, which takes text only: give a name" : "";
 }
@@ -90,7 +95,7 @@ std::string alternatives(const std::vector<std::string>& words) {
 }
 
 std::string did_you_mean(std::string_view word, const std::vector<std::string>& known) {
-  std::size_t least = std::min<std::size_t>(2, word.size() - 1);  // a word of one letter is no typo
+  std::size_t least = std::min<std::size_t>(2, word.size() / 2);  // a word of one letter is no typo
   std::vector<std::string> nearest;
   for (const std::string& name : known) {
     const std::size_t distance = edit_distance(word, name);
@@ -186,13 +191,16 @@ std::string given_options(const CLI::App& command, const std::vector<std::string
 Option add_option(CLI::App& command, const std::string& name, std::string& value,
                   const std::string& help) {
   CLI::Option* const option = command.add_option(name, value, help)->check(not_empty, "", "");
+  if (name.starts_with("--")) option->check(not_option, "", "");
   if (name == "--out") option->check(not_stdout, "", "");
   return in_group(name, option);
 }
 
 Option add_option(CLI::App& command, const std::string& name, std::vector<std::string>& values,
                   const std::string& help) {
-  return in_group(name, command.add_option(name, values, help)->check(not_empty, "", ""));
+  CLI::Option* const option = command.add_option(name, values, help)->check(not_empty, "", "");
+  if (name.starts_with("--")) option->check(not_option, "", "");
+  return in_group(name, option);
 }
 
 Option add_option(CLI::App& command, const std::string& name, std::uint64_t& value,

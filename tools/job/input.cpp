@@ -87,7 +87,9 @@ Board read_board(const InputArguments& arguments, Input& input) {
 
 Input read_pictures(const InputArguments& arguments) {
   if (!arguments.observations.empty()) {
-    throw Error("--observations: needs a DATASET, not --target");
+    throw Error(
+        "--observations: needs a DATASET; with --target leave it out: the corners are found in the "
+        "pictures");
   }
   Input input;
   input.name = arguments.target.empty() ? arguments.inputs.front() : arguments.target;

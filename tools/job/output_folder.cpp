@@ -14,6 +14,7 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/io/dataset_file.hpp"
+#include "tagcal/io/image_file.hpp"
 #include "tagcal/io/rig_file.hpp"
 #include "tagcal/io/text_file.hpp"
 
@@ -142,6 +143,11 @@ void OutputFolder::check_place(const fs::path& place) {
   if (fs::exists(place_) && !fs::is_directory(place_)) {
     throw Error(fmt::format("{}: must be a folder, got a file", place.string()));
   }
+  if (!fs::exists(place_) && is_picture_name(place_))
+    throw Error(
+        fmt::format("{}: must be a folder, got the name of a picture; the files in the "
+                    "folder get their own names",
+                    place.string()));
   if (taken_ != Taken::by_any_folder && fs::is_directory(place_) && !fs::is_empty(place_)) {
     if (!fs::exists(place_ / "dataset.yaml") || !fs::exists(place_ / "truth.yaml")) {
       throw Error(

@@ -88,6 +88,7 @@ std::string scales_text(const Calibration& calibration) {
     if (view.scale_px_per_m) scales.push_back(*view.scale_px_per_m);
   if (scales.empty()) return "";
   const auto [least, most] = std::minmax_element(scales.begin(), scales.end());
+  if (scales.size() == 1) return fmt::format("scale      {:.3f} px/m\n", *least);
   return fmt::format("scale      {:.3f} to {:.3f} px/m, each view its own (--json lists them)\n",
                      *least, *most);
 }

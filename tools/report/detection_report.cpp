@@ -126,7 +126,7 @@ std::size_t widest(const std::vector<Picture>& pictures) {
 
 }  // namespace
 
-std::string detection_summary(const Input& input, bool verbose) {
+std::string detection_summary(const Input& input, bool verbose, bool is_explained) {
   const Unit unit = unit_of(input.dataset.boards);
   const std::vector<Picture> pictures = pictures_of(input);
   const auto nothing = names_with(pictures, [&](const Picture& p) { return p.corners == 0; });
@@ -148,7 +148,7 @@ std::string detection_summary(const Input& input, bool verbose) {
                                 "covariances include it",
                                 two_digits(input.corner_error_px)),
                     kIndent);
-  if (!nothing.empty())
+  if (!nothing.empty() && input.mistakes.empty() && !is_explained)
     text += "what to do --explain tells what is in a picture, and why tags are not found\n";
   if (verbose)
     for (const Picture& picture : pictures) text += picture_line(picture, unit, widest(pictures));

@@ -9,8 +9,9 @@
 namespace tagcal::tools {
 
 // What a search of pictures for a target came to, for a person: how many pictures show it, and the
-// pictures to look at by name. `verbose`: a line for each picture.
-std::string detection_summary(const Input& input, bool verbose);
+// pictures to look at by name. `verbose`: a line for each picture. `is_explained`: --explain was
+// given.
+std::string detection_summary(const Input& input, bool verbose, bool is_explained);
 
 // The same for tags of a family without a target: `num_tags` for each of the pictures.
 std::string tag_summary(const std::vector<std::string>& pictures,

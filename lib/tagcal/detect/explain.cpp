@@ -16,6 +16,7 @@
 #include "tagcal/detect/mistakes/missing_rows.hpp"
 #include "tagcal/detect/mistakes/tag_kinds.hpp"
 #include "tagcal/detect/mistakes/tag_layout.hpp"
+#include "tagcal/detect/mistakes/target_type.hpp"
 #include "tagcal/detect/policy/policy.hpp"
 #include "tagcal/detect/tag_fit/image_filters.hpp"
 #include "tagcal/error.hpp"
@@ -73,6 +74,11 @@ class Explainer {
     }
     explain_checkers();
     explain_circles();
+    if (!shows_target_ && result_.mistakes.empty())
+      if (auto mistake = target_type_mistake(image_, boards_)) {
+        mistakes_.clear();
+        add(std::move(*mistake));
+      }
     std::ranges::sort(result_.reported);
     std::ranges::sort(result_.not_reported, {}, &NotReported::id);
     if (result_.reported.empty() && std::min(image_.width(), image_.height()) < kSmallPictureSidePx)
@@ -133,6 +139,7 @@ class Explainer {
     for (std::size_t i = 0; i < seen.size(); ++i) {
       const Board& board = *finder.boards()[i];
       const Checkerboard squares = checkers(board).value();
+      shows_target_ |= !seen[i].corners.empty();
       result_.checkerboards.push_back(
           seen[i].answer == CheckerAnswer::found
               ? fmt::format("the checkerboard of {} x {} corners: {} of {} corners are reported",
@@ -148,6 +155,7 @@ class Explainer {
     const std::vector<SeenCircles> seen = finder.find(image_);
     for (std::size_t i = 0; i < seen.size(); ++i) {
       const CircleGrid& grid = *finder.grids()[i];
+      shows_target_ |= !seen[i].centres.empty();
       result_.checkerboards.push_back(
           seen[i].why_not.empty() ? fmt::format("{}: {} of {} centres are reported", name_of(grid),
                                                 seen[i].centres.size(), grid.columns * grid.rows)
@@ -157,6 +165,7 @@ class Explainer {
 
   void report(const Completion& completion, const std::set<int>& repeated) {
     for (const FoundTag& tag : completion.tags) result_.reported.push_back(tag.id);
+    shows_target_ |= !completion.tags.empty() || !repeated.empty();
     for (const MissingTag& tag : completion.missing)
       result_.not_reported.push_back({tag.id, std::string(why_not_text(tag.why))});
     const std::string twice = "seen more than once";
@@ -193,13 +202,14 @@ class Explainer {
   const std::vector<PlacedBoard>& boards_;
   std::vector<TagsOfKind> read_, sure_;  // tags of each kind, surely of it
   std::vector<TargetMistake> mistakes_;
+  bool shows_target_ = false;
   Explanation result_;
 };
 
 // True if the picture shows less of the boards than it should, or tags at other places.
 bool is_suspicious(const DetectedPicture& found, const std::vector<PlacedBoard>& boards) {
   if (!found.unreadable.empty()) return false;
-  if (found.num_unread > found.num_sure) return true;
+  if (found.num_unread > found.num_sure || found.view.observations.empty()) return true;
   const SeenQuads quads = internal::quads_of(found.view);
   std::size_t points = 0;
   for (const PlacedBoard& placed : boards) {
@@ -241,11 +251,12 @@ std::vector<TargetMistake> common_mistakes(const std::vector<std::vector<TargetM
   return common;
 }
 
-std::vector<TargetMistake> missing_rows(const std::vector<DetectedPicture>& found,
+std::vector<TargetMistake> missing_rows(const std::vector<ImageSource>& images,
+                                        const std::vector<DetectedPicture>& found,
                                         const std::vector<PlacedBoard>& boards) {
   std::vector<TargetMistake> mistakes;
   for (const PlacedBoard& placed : boards)
-    if (auto mistake = internal::missing_rows(found, placed.board))
+    if (auto mistake = internal::missing_rows(images, found, placed.board))
       mistakes.push_back(*std::move(mistake));
   return mistakes;
 }
@@ -263,7 +274,7 @@ std::vector<TargetMistake> target_mistakes(const std::vector<ImageSource>& image
   std::vector<std::size_t> suspicious;
   for (std::size_t i = 0; i < found.size(); ++i)
     if (is_suspicious(found[i], boards)) suspicious.push_back(i);
-  if (2 * suspicious.size() <= found.size()) return missing_rows(found, boards);
+  if (2 * suspicious.size() <= found.size()) return missing_rows(images, found, boards);
   const std::vector<std::size_t> probes = evenly_spread(suspicious, kProbes);
   std::vector<std::vector<TargetMistake>> shown(probes.size());
   parallel_for(probes.size(), options.threads, [&](std::size_t i) {
@@ -274,7 +285,7 @@ std::vector<TargetMistake> target_mistakes(const std::vector<ImageSource>& image
     shown[i] = explainer.mistakes();
   });
   std::vector<TargetMistake> common = common_mistakes(shown);
-  return common.empty() ? missing_rows(found, boards) : common;
+  return common.empty() ? missing_rows(images, found, boards) : common;
 }
 
 std::vector<std::string> board_warnings(const std::vector<PlacedBoard>& boards,

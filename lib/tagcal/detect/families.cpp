@@ -59,6 +59,11 @@ FamilyHandle create_plain_family(std::string_view name) {
   return family;
 }
 
+bool is_known(const std::string& name) {
+  return std::ranges::count(kFamilies, name, &KnownFamily::name) > 0 ||
+         std::ranges::count(tag_dictionary_names(), name) > 0;
+}
+
 }  // namespace
 
 FamilyHandle internal::create_family(std::string_view name, int border_bits) {
@@ -135,9 +140,20 @@ TagFamilies tag_families(const std::vector<PlacedBoard>& boards) {
 void check_tags(const Board& board) {
   const auto kind = tag_kind(board);
   if (!kind) return;
+  const bool has_markers = checkers(board).has_value();
+  if (has_markers && !is_known(kind->family))
+    throw Error(fmt::format("dictionary: must be one of {}, got {}",
+                            fmt::join(tag_dictionary_names(), ", "), kind->family));
   const TagFamily family =
       internal::with_border(tag_family(kind->family, kind->border_bits), board);
-  for (const Tag& tag : tags_of(board)) internal::check_tag_id(family, tag.id);
+  const std::vector<Tag> tags = tags_of(board);
+  const int last = tags.empty() ? -1 : std::ranges::max(tags, {}, &Tag::id).id;
+  if (has_markers && last >= std::ssize(family.codes))
+    throw Error(
+        fmt::format("dictionary: {} has {} markers, but those of the board are numbered up "
+                    "to {}; choose a larger dictionary, or fewer squares",
+                    family.name, family.codes.size(), last));
+  for (const Tag& tag : tags) internal::check_tag_id(family, tag.id);
 }
 
 }  // namespace tagcal

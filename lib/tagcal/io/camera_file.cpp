@@ -181,6 +181,7 @@ CameraFile read_any(const fs::path& path, const ImageSize& stated) {
   CameraText file{path, read_text(path), {}, stated};
   refuse_cahvor(file.text, path.string());
   if (const FormatReader* const reader = reader_of(file)) return reader->read(file);
+  file.top->refuse_other_kind("a camera's file");
   file.top->fail_plainly("is no camera's file: it has none of the keys " + keys_of_formats());
 }
 

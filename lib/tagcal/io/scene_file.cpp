@@ -186,6 +186,7 @@ void read_all_but_cameras(const YamlValue& top, bool behind_window, MovingScene&
 
 AnyScene read_any_scene(const std::filesystem::path& file, std::vector<std::string>* warnings) {
   const YamlValue top = YamlValue::read(file);
+  if (!top.find("path")) top.refuse_other_kind("a scene");
   top.allow_only({"camera",           "rig",
                   "frames",           "motion",
                   "boards",           "occluders",

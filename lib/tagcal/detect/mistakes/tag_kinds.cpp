@@ -41,17 +41,6 @@ std::vector<TagKind> series_of_dictionaries() {
   return largest;
 }
 
-// The smallest dictionary of a series that has an id.
-std::string smallest_with(const std::string& dictionary, int id) {
-  std::string smallest = dictionary;
-  if (dictionary.starts_with("DICT_APRILTAG")) return smallest;
-  for (const std::string& name : tag_dictionary_names())
-    if (series_of(name) == series_of(dictionary) &&
-        num_codes(name) > static_cast<std::size_t>(id) && num_codes(name) < num_codes(smallest))
-      smallest = name;
-  return smallest;
-}
-
 // True if a picture shows another kind of tags than the target's: `read` of that kind were surely
 // read, and `of_target` of the target's.
 bool shows_other_kind(std::size_t read, std::size_t of_target) {
@@ -73,20 +62,24 @@ Image8 inverted(const ImageView8& image) {
   return result;
 }
 
-// Number of tags of a kind in a picture.
+// Number of tags in a picture that were surely read as of a kind.
 std::size_t count_in(const ImageView8& image, const TagKind& kind) {
-  const KindsInPicture seen = search_kinds(image, {kind});
-  return seen.kinds.empty() ? 0 : seen.kinds.front().tags.size();
+  std::vector<TagsOfKind> kinds = search_kinds(image, {kind}).kinds;
+  keep_sure(image, kinds);
+  return kinds.empty() ? 0 : kinds.front().tags.size();
 }
 
-TargetMistake other_kind(const TagsOfKind& seen, const TagKind& wanted, bool is_charuco) {
+TargetMistake other_kind(const TagsOfKind& seen, const TagKind& wanted, const Board& board) {
   const std::size_t n = seen.tags.size();
-  if (is_charuco) {
-    const int last = std::ranges::max_element(seen.tags, {}, &FoundTag::id)->id;
+  if (checkers(board)) {
+    // The picture may show a part of the board.
+    const int last = std::max(std::ranges::max_element(seen.tags, {}, &FoundTag::id)->id,
+                              std::ranges::max(tags_of(board), {}, &Tag::id).id);
+    const std::string dictionary = smallest_dictionary_with(seen.kind.family, last);
     return {"wrong dictionary",
             fmt::format("{} markers of {} are in the picture, but the target file says {}; write "
                         "dictionary: {}",
-                        n, seen.kind.family, wanted.family, smallest_with(seen.kind.family, last)),
+                        n, dictionary, wanted.family, dictionary),
             true};
   }
   if (seen.kind.family == wanted.family)
@@ -119,6 +112,22 @@ std::optional<TargetMistake> wrong_picture(const ImageView8& image, const TagKin
 }
 
 }  // namespace
+
+std::string smallest_dictionary_with(const std::string& dictionary, int id) {
+  std::string smallest = dictionary;
+  if (dictionary.starts_with("DICT_APRILTAG")) return smallest;
+  for (const std::string& name : tag_dictionary_names())
+    if (series_of(name) == series_of(dictionary) &&
+        num_codes(name) > static_cast<std::size_t>(id) && num_codes(name) < num_codes(smallest))
+      smallest = name;
+  return smallest;
+}
+
+std::vector<TagKind> kinds_of_all_targets() {
+  std::vector<TagKind> kinds = all_kinds();
+  for (TagKind& kind : series_of_dictionaries()) kinds.push_back(std::move(kind));
+  return kinds;
+}
 
 std::vector<TagKind> kinds_beside(const std::vector<PlacedBoard>& boards) {
   std::vector<TagKind> kinds = all_kinds();
@@ -158,7 +167,7 @@ std::optional<TargetMistake> kind_mistake(const ImageView8& image, const Board& 
     if (!nothing_found && !is_border) continue;  // tags of another object
     if (!most || seen.tags.size() > most->tags.size()) most = &seen;
   }
-  if (most) return other_kind(*most, wanted, checkers(board).has_value());
+  if (most) return other_kind(*most, wanted, board);
   return nothing_found ? wrong_picture(image, wanted) : std::nullopt;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "tagcal/detect/apriltag/kind_search.hpp"
@@ -13,6 +14,12 @@ namespace tagcal::internal {
 // The kinds of tags that a picture of these boards may show instead of theirs: all families and
 // borders, and OpenCV's dictionaries if a board has one.
 std::vector<TagKind> kinds_beside(const std::vector<PlacedBoard>& boards);
+
+// All kinds that a target may have, the largest dictionary of each series for all of its markers.
+std::vector<TagKind> kinds_of_all_targets();
+
+// The smallest dictionary of a series that has an id.
+std::string smallest_dictionary_with(const std::string& dictionary, int id);
 
 // Keeps the tags that were surely read as their kind.
 void keep_sure(const ImageView8& image, std::vector<TagsOfKind>& kinds);

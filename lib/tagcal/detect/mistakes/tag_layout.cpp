@@ -170,6 +170,20 @@ std::string squares_text(const Charuco& board, const Squares& seen) {
   return text + (seen.shifted && !board.legacy ? ", legacy: true" : "");
 }
 
+// The same for the colours, of a board whose upper left square is white if `shifted`.
+std::string pattern_text(const Charuco& board, bool shifted) {
+  const std::string seen = fmt::format("the upper left square of the board in the picture is {}, ",
+                                       shifted ? "white" : "black");
+  if (shifted && board.square_rows % 2 == 1)
+    return seen + fmt::format(
+                      "which an odd number of rows does not allow, but the target file "
+                      "says squareRows: {}; count the rows of squares and write their "
+                      "even number{}",
+                      board.square_rows, board.legacy ? "" : ", legacy: true");
+  return seen + fmt::format("but the target file says legacy: {}; write legacy: {}", board.legacy,
+                            shifted);
+}
+
 std::optional<Squares> other_squares(const std::vector<Neighbour>& neighbours, const Agreement& own,
                                      int first_id, int last_id) {
   for (int columns = 2; columns <= kMostColumns; ++columns)
@@ -191,11 +205,7 @@ std::vector<TargetMistake> charuco_mistakes(const Charuco& board, const SeenQuad
     const auto other = other_squares(neighbours, own, first, last);
     if (!other) return {};
     if (other->columns == board.square_columns)
-      return {{"wrong pattern",
-               fmt::format("the upper left square of the board in the picture is {}, but the "
-                           "target file says legacy: {}; write legacy: {}",
-                           other->shifted ? "white" : "black", board.legacy, other->shifted),
-               true}};
+      return {{"wrong pattern", pattern_text(board, other->shifted), true}};
     return {{"wrong squares", squares_text(board, *other), true}};
   }
   const double share = 1 / own.scale, stated = board.marker_size / board.square_size;

@@ -166,9 +166,9 @@ inline constexpr double kTagMaxNoiseShare = 0.15;
 // p = 0.001.
 inline constexpr double kLightSure = 24.3;
 
-// Standard deviations that are subtracted from the factor by which residuals that are correlated, or
-// larger at borders, make covariances grow. Source: of independent residuals one factor in six then
-// exceeds 1, all together by 0.08 standard deviations, of 0.05 to 0.15.
+// Standard deviations that are subtracted from the factor by which residuals that are correlated,
+// or larger at borders, make covariances grow. Source: of independent residuals one factor in six
+// then exceeds 1, all together by 0.08 standard deviations, of 0.05 to 0.15.
 inline constexpr double kNoiseSureSds = 1;
 
 // ---- Fitting a tag's pattern: the gamma of a picture
@@ -235,6 +235,11 @@ inline constexpr double kPanelTailSpreads = 3;
 // times the tags of the target's kind, and this many if it has none of these: a single tag may be
 // read by chance. Source: none; chosen by hand.
 inline constexpr int kOtherTagsRatio = 2;
+// Tags, and corners along each side of a grid, by which a picture that shows nothing of the target
+// shows a target of another type. Source: none; chosen by hand: small families are read by chance,
+// and the frames of tags are grids of 2 x 4 and less (OpenCV's pictures, and those of a RealSense).
+inline constexpr std::size_t kTagsOfOtherTarget = 4;
+inline constexpr int kGridOfOtherTarget = 3;
 // Sides of a tag. Two spacings of a board that differ by more are different ones. Source: usual
 // spacings, 0.2, 0.25 and 0.3, differ by 0.05.
 inline constexpr double kSpacingTolerance = 0.04;
@@ -254,10 +259,10 @@ inline constexpr double kMarkerShareTolerance = 0.04;
 // points. Source: none; chosen by hand. More cost time only.
 inline constexpr double kSuspiciousShare = 0.9;
 // Share of a board's points before a row that a picture must show, and of the row that must be
-// inside of it, to have room for this row; and number of pictures with room but without the row that
-// show a board of fewer rows. Source: none; chosen by hand: it is said with an "if".
+// inside of it, to have room for this row; and number of pictures with room but without the row
+// that show a board of fewer rows. Source: none; chosen by hand: it is said with an "if".
 inline constexpr double kShownShare = 0.5;
-inline constexpr std::ptrdiff_t kPicturesWithRoom = 3;
+inline constexpr std::size_t kPicturesWithRoom = 3;
 
 // ---- Finding checkerboards
 

@@ -227,8 +227,7 @@ Result extrapolated(const Solved& s) {
   auto gaps = s.answer.seen.gaps();
   if (!gaps && !is_bad) return std::nullopt;
   std::string text = gaps ? *gaps : "the lens is extrapolated at the border of the image";
-  text += ": the projection is extrapolated there (sd up to " + with_digits(worst, 2) +
-          " px, if the lens " +
+  text += " (sd of the projection there up to " + with_digits(worst, 2) + " px, if the lens " +
           (is_auto(*s.solution.options) ? "is like most" : "is one of model " + s.answer.model) +
           ")";
   return finding(code::extrapolated, std::move(text));

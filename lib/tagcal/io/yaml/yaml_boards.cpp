@@ -5,6 +5,7 @@
 #include <limits>
 #include <set>
 
+#include "tagcal/io/text/length_text.hpp"
 #include "tagcal/io/yaml/yaml_field.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
 
@@ -62,13 +63,21 @@ int read_first_id(const YamlValue& top, const char* key, std::int64_t num_ids,
   return first_id;
 }
 
+double read_spacing(const YamlValue& spacing, double tag_size) {
+  const auto gap = spacing.is_number() ? std::nullopt : parse_length(spacing.text());
+  if (gap && *gap >= 0)
+    spacing.fail(fmt::format("must be the gap divided by tagSize, {:.3g}", *gap / tag_size));
+  return spacing.not_negative();
+}
+
 BoardPattern read_grid(const YamlValue& top, std::optional<int> first_id,
                        std::vector<std::string>* warnings) {
   const std::vector<std::string> unknown =
       top.unknown_keys({"target_type", "tagCols", "tagRows", "tagSize", "tagSpacing", "first_id",
                         "family", "border_bits", "corner_squares", "flatness", "print"});
   const auto [columns, rows] = read_counts(top, "tagCols", "tagRows", 1);
-  AprilGrid grid{columns, rows, top.at("tagSize").length(), top.at("tagSpacing").not_negative()};
+  AprilGrid grid{columns, rows, top.at("tagSize").length()};
+  grid.tag_spacing = read_spacing(top.at("tagSpacing"), grid.tag_size);
   grid.first_id = read_first_id(top, "first_id", std::int64_t{columns} * rows, first_id);
   read_print(top, grid);
   const auto squares = top.find("corner_squares");
@@ -273,6 +282,7 @@ std::string tolerance_yaml(const char* key, const Tolerance& tolerance) {
 Board board_from_yaml(const YamlValue& top, std::optional<int> first_id,
                       std::vector<std::string>* warnings, std::optional<double> tag_size_m) {
   if (is_field_layout(top)) return read_field_layout(top, first_id, tag_size_m, warnings);
+  if (!top.find("target_type")) top.refuse_other_kind("a target file");
   const YamlValue type = top.at("target_type");
   if (tag_size_m)
     top.fail_plainly("states the size of its tags: only a field layout of WPILib can be given one");

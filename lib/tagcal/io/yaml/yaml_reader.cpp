@@ -37,6 +37,38 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return row.back();
 }
 
+// A key that files of one kind have at their top, and files of no other kind.
+struct KindOfFile {
+  std::string_view key, name;
+};
+constexpr KindOfFile kKinds[] = {
+    {"target_type", "a target file"},
+    {"camera_matrix", "a camera's file"},
+    {"cam0", "a camera's file"},
+    {"cameras", "a rig's file"},
+    {"images", "a data set"},
+    {"poses", "the truth of a data set"},
+    {"path", "a scene"},
+};
+
+std::string without_underscores(std::string_view key) {
+  std::string letters = lower_case(key);
+  std::erase(letters, '_');
+  return letters;
+}
+
+// A key that may stand for a missing one: "cols" or "tag_cols" for "tagCols". Empty if there is
+// none.
+std::string_view key_instead(const YamlNode& map, std::string_view missing) {
+  constexpr std::size_t kShortest = 3;  // numeric: letters; less are part of many words
+  const std::string wanted = without_underscores(missing);
+  for (const auto& [key, node] : map.children) {
+    const std::string letters = without_underscores(key);
+    if (letters.size() >= kShortest && wanted.find(letters) != std::string::npos) return key;
+  }
+  return {};
+}
+
 // Suggests a known key, or lists all of them.
 std::string advice(std::string_view key, std::initializer_list<std::string_view> known) {
   std::string_view nearest;
@@ -66,8 +98,17 @@ YamlValue YamlValue::parse(const std::string& text, const std::string& file) {
 
 YamlValue YamlValue::of(std::shared_ptr<const YamlNode> top, const std::string& file) {
   YamlValue value(std::make_shared<const std::string>(file), std::move(top), "");
+  if (value.is_scalar() && value.node_->scalar.starts_with("image,"))
+    value.fail_plainly("is a table (CSV), not YAML");
   if (!value.is_map()) value.fail("must be a map of keys");
   return value;
+}
+
+void YamlValue::refuse_other_kind(std::string_view wanted) const {
+  if (!path_.empty()) return;
+  for (const KindOfFile& kind : kKinds)
+    if (kind.name != wanted && find(kind.key))
+      fail_plainly(fmt::format("is {}, not {}", kind.name, wanted));
 }
 
 std::string YamlValue::value_shown() const {
@@ -109,8 +150,10 @@ std::optional<YamlValue> YamlValue::find(std::string_view key) const {
 
 YamlValue YamlValue::at(std::string_view key) const {
   if (auto value = find(key)) return *value;
-  throw Error(
-      fmt::format("{}: {}{}{}: the key is missing", *file_, path_, path_.empty() ? "" : ".", key));
+  const std::string_view other = key_instead(*node_, key);
+  throw Error(fmt::format(
+      "{}: {}{}{}: the key is missing{}", *file_, path_, path_.empty() ? "" : ".", key,
+      other.empty() ? "" : fmt::format("; if {} is meant, write {}", shown(other), key)));
 }
 
 std::vector<std::pair<std::string, YamlValue>> YamlValue::members() const {

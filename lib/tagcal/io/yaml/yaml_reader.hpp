@@ -66,6 +66,10 @@ class YamlValue {
   const std::string& file() const { return *file_; }
   const std::string& path() const { return path_; }
 
+  // Throws Error if the top of a file has the keys of another kind of file than the wanted one, of
+  // those in kKinds: "a target file", "a camera's file", "a scene".
+  void refuse_other_kind(std::string_view wanted) const;
+
   // Throws Error("file: key: must, got value").
   [[noreturn]] void fail(const std::string& must) const;
   // Throws Error("file: key: message").

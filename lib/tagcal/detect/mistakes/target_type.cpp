@@ -1,0 +1,73 @@
+#include "tagcal/detect/mistakes/target_type.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "tagcal/detect/checker_search/checker_finder.hpp"
+#include "tagcal/detect/mistakes/tag_kinds.hpp"
+#include "tagcal/detect/policy/policy.hpp"
+#include "tagcal/internal/overloaded.hpp"
+
+namespace tagcal::internal {
+namespace {
+
+std::string type_text(const Board& board) {
+  return std::visit(
+      Overloaded{[](const AprilGrid&) { return "aprilgrid"; }, [](const Tags&) { return "tags"; },
+                 [](const Checkerboard&) { return "checkerboard"; },
+                 [](const Charuco&) { return "charuco"; },
+                 [](const CircleGrid&) { return "circlegrid"; },
+                 [](const auto&) { return "points"; }},
+      board.pattern);
+}
+
+std::optional<TargetMistake> mistake(const std::string& seen, const Board& board,
+                                     const std::string& type, const std::string& keys) {
+  if (type_text(board) == type) return std::nullopt;
+  return TargetMistake{
+      "wrong target_type",
+      fmt::format("{}, but the target file says target_type: {}; write target_type: {}, {}", seen,
+                  type_text(board), type, keys)};
+}
+
+// The tags or markers of which the picture shows the most.
+std::optional<TargetMistake> other_tags(const ImageView8& image, const Board& board) {
+  std::vector<TagsOfKind> kinds = search_kinds(image, kinds_of_all_targets()).kinds;
+  keep_sure(image, kinds);
+  const auto most =
+      std::ranges::max_element(kinds, {}, [](const TagsOfKind& seen) { return seen.tags.size(); });
+  if (most == kinds.end() || most->tags.size() < policy::kTagsOfOtherTarget) return std::nullopt;
+  const TagKind& kind = most->kind;
+  const std::size_t n = most->tags.size();
+  if (!kind.family.starts_with("DICT_"))
+    return mistake(fmt::format("the picture shows {} tags of {}", n, kind.family), board,
+                   "aprilgrid",
+                   fmt::format("family: {}, border_bits: {}", kind.family, kind.border_bits));
+  const int last = std::ranges::max(most->tags, {}, &FoundTag::id).id;
+  const std::string dictionary = smallest_dictionary_with(kind.family, last);
+  return mistake(fmt::format("the picture shows {} markers of {}", n, dictionary), board, "charuco",
+                 "dictionary: " + dictionary);
+}
+
+std::optional<TargetMistake> checkerboard(const ImageView8& image, const Board& board) {
+  // The finder names the largest grid that is not of the size that it looks for.
+  const std::vector<PlacedBoard> small = {{make_board(Checkerboard{2, 2, 1, 1}), Pose()}};
+  CheckerFinder finder(small, {});
+  const auto [columns, rows] = finder.find(image).front().size;
+  if (std::min(columns, rows) < policy::kGridOfOtherTarget) return std::nullopt;
+  return mistake(fmt::format("the picture shows a grid of {} x {} corners", columns, rows), board,
+                 "checkerboard", fmt::format("targetCols: {}, targetRows: {}", columns, rows));
+}
+
+}  // namespace
+
+std::optional<TargetMistake> target_type_mistake(const ImageView8& image,
+                                                 const std::vector<PlacedBoard>& boards) {
+  if (boards.empty()) return std::nullopt;  // a search for a family
+  const Board& board = boards.front().board;
+  if (auto tags = other_tags(image, board)) return tags;
+  return checkerboard(image, board);
+}
+
+}  // namespace tagcal::internal
