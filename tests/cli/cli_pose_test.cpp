@@ -186,6 +186,39 @@ TEST_F(PoseCli, TheFocalLengthIsFoundWhereTheViewShowsIt) {
   }
 }
 
+// The residuals of a view through a distorted lens may look like noise: its corners' covariances
+// show that they are not.
+TEST_F(PoseCli, ALensThatIsNoPinholeIsWarnedOf) {
+  int answers = 0;
+  for (const std::string lens : {"pinhole", "radial1"}) {
+    const bool is_pinhole = lens == "pinhole";
+    spill(
+        root() / "board.yaml",
+        "camera: {image_size: [640, 480], f: 520, model: " + lens +
+            (is_pinhole ? "" : ", distortion: [-0.3]") +
+            "}\n"
+            "boards:\n"
+            "  - target: {target_type: checkerboard, targetCols: 9, targetRows: 6, "
+            "rowSpacingMeters: 0.03, colSpacingMeters: 0.03}\n"
+            "    world_from_board: {translation_m: [-0.12, -0.075, 0]}\n"
+            "path: {type: dome, min_distance_m: 0.4, max_distance_m: 0.6, min_elevation_deg: 35}\n"
+            "views: 12\n"
+            "sensor: {blur_px: 0.7, noise_levels: 2}\n");
+    ASSERT_EQ(run("render " + path("board.yaml") + " --out " + path(lens)).exit_code, 0);
+    const Json all = Json::parse(run("pose " + path(lens) + " --unknown-focal --json").out);
+    for (const Json& view : all["views"]) {
+      if (view["focal_px"].is_null()) continue;
+      answers += !is_pinhole;
+      const bool is_warned = std::ranges::any_of(view["findings"], [](const Json& finding) {
+        return finding["sentence"].get<std::string>().find("the lens is no pinhole") !=
+               std::string::npos;
+      });
+      EXPECT_EQ(is_warned, !is_pinhole) << view["image"];
+    }
+  }
+  EXPECT_GT(answers, 0);
+}
+
 TEST_F(PoseCli, WhereItDoesNotTheFocalLengthIsRefused) {
   const std::string folder = tag_set(true);
   const std::string arguments = folder + " --unknown-focal --sigma-px 0.5";

@@ -190,6 +190,7 @@ class Poses {
       if (claim_)
         if (auto finding = contradiction_of_camera(views[i], input_.dataset.boards, *claim_))
           reports[i].findings.push_back(*std::move(finding));
+      if (reports[i].focal_px) check_pinhole(views[i], reports[i]);
       if (folder && is_answer(reports[i].status))
         write_png(folder->path() / names[i], drawn(views[i], problem, reports[i]));
     };
@@ -199,6 +200,17 @@ class Poses {
   }
 
  private:
+  // Adds a warning if the corners, by their own covariances, contradict the pinhole that was
+  // fitted.
+  void check_pinhole(const View& view, PoseReport& report) const {
+    const UncertainCamera fitted{
+        nullptr, camera_of(report, camera_, input_.dataset.image_size), {}};
+    if (contradiction_of_camera(view, input_.dataset.boards, fitted))
+      add(report.findings, code::residuals_correlated,
+          "the corners show that the lens is no pinhole: the focal length may be wrong by many of "
+          "its standard deviations; calibrate the lens");
+  }
+
   void check_drawings(const std::vector<std::string>& names) const {
     std::vector<std::filesystem::path> drawings, pictures;
     for (const std::string& name : names)
