@@ -69,7 +69,7 @@ class Rows {
   Rows(const Study& study, const StudyOptions& options) : study_(study), options_(options) {
     if (options.csv.empty() || !std::filesystem::exists(options.csv)) return;
     if (!read_text(options.csv.string()).starts_with(rows_text(study, options, {})))
-      throw Error(options.csv.string() + ": was made with other options; name another file");
+      throw Error(options.csv.string() + ": was made with other options, or has other columns; name another file");
     for (Row& row : read_rows(study, options.csv)) add(std::move(row));
   }
 
