@@ -2,7 +2,6 @@
 
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <ranges>
 
 #include "commands/commands.hpp"
 #include "commands/rig_poses.hpp"
@@ -28,13 +27,7 @@ struct CheckArguments {
 };
 
 CameraCheck check_of_rig(const CheckArguments& arguments) {
-  RigInputArguments rig;
-  rig.input = arguments.input;
-  for (const auto part : std::views::split(arguments.input.observations, ','))
-    rig.corners.emplace_back(part.begin(), part.end());
-  if (!arguments.input.target.empty()) rig.targets = {arguments.input.target};
-  rig.pair = arguments.pair;
-  rig.threads = arguments.threads;
+  const RigInputArguments rig = rig_arguments(arguments.input, arguments.pair, arguments.threads);
   const RigDataset data = read_rig(rig).rig;
   const KnownRig known = rig_of(data, read_camera_file(arguments.camera), arguments.camera);
   return naming(arguments.camera, [&] { return check_rig(data, known, arguments.options); });

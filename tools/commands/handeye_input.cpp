@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <map>
-#include <ranges>
 
 #include "commands/rig_poses.hpp"
 #include "job/camera_input.hpp"
@@ -88,13 +87,7 @@ HandeyeInput read_pictures(const HandeyeArguments& arguments) {
 
 // An instant has the name of its first picture.
 HandeyeInput read_rig_poses(const HandeyeArguments& arguments) {
-  RigInputArguments rig;
-  rig.input = arguments.input;
-  for (const auto part : std::views::split(arguments.input.observations, ','))
-    rig.corners.emplace_back(part.begin(), part.end());
-  if (!arguments.input.target.empty()) rig.targets = {arguments.input.target};
-  rig.pair = arguments.pair;
-  rig.threads = arguments.threads;
+  const RigInputArguments rig = rig_arguments(arguments.input, arguments.pair, arguments.threads);
   const RigDataset data = read_rig(rig).rig;
   const KnownRig known = rig_of(data, read_camera_file(arguments.camera), arguments.camera);
   PoseOptions options;

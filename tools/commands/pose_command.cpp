@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <memory>
 #include <optional>
-#include <ranges>
 #include <set>
 #include <string>
 
@@ -256,13 +255,7 @@ int finish(const Arguments& arguments, const std::vector<PoseReport>& reports,
 }
 
 int run_rig(const Arguments& arguments) {
-  RigInputArguments rig;
-  rig.input = arguments.input;
-  for (const auto part : std::views::split(arguments.input.observations, ','))
-    rig.corners.emplace_back(part.begin(), part.end());
-  if (!arguments.input.target.empty()) rig.targets = {arguments.input.target};
-  rig.pair = arguments.pair;
-  rig.threads = arguments.threads;
+  const RigInputArguments rig = rig_arguments(arguments.input, arguments.pair, arguments.threads);
   return finish(arguments, poses_of_rig(rig, arguments.rig, arguments.sigma_px), nullptr);
 }
 

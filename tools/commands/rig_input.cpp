@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <filesystem>
+#include <ranges>
 
 #include "commands/calibrate_many.hpp"
 #include "job/find_corners.hpp"
@@ -127,6 +128,14 @@ std::vector<std::string> camera_names(const std::vector<std::string>& inputs) {
 std::vector<std::string> names_of_folders(const std::vector<std::string>& inputs) {
   check_folders(inputs);
   return camera_names(inputs);
+}
+
+RigInputArguments rig_arguments(const InputArguments& input, const std::string& pair, int threads) {
+  RigInputArguments rig{input, {}, {}, pair, threads};
+  for (const auto part : std::views::split(input.observations, ','))
+    rig.corners.emplace_back(part.begin(), part.end());
+  if (!input.target.empty()) rig.targets = {input.target};
+  return rig;
 }
 
 RigInput read_rig(const RigInputArguments& arguments) {

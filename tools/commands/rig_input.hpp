@@ -20,6 +20,10 @@ struct RigInputArguments {
   int threads = 0;
 };
 
+// Those of a command that takes the input of one camera or of a rig: --observations names files by
+// commas.
+RigInputArguments rig_arguments(const InputArguments& input, const std::string& pair, int threads);
+
 // The data set of a rig, with views, and the files of its pictures.
 struct RigInput {
   RigDataset rig;
