@@ -154,7 +154,7 @@ void bind_history(py::module_& m) {
       });
   Record<HistoryFit>(m, "HistoryFit", "A line by the key, or one step.")
       .field("p_value", &HistoryFit::p_value,
-             "Probability of a change as large as this, if there is none.")
+             "Probability that values without a change differ as much as these.")
       .field("parameters", &HistoryFit::parameters,
              "A list of HistoryChange: by one unit of the key, or by the step.")
       .field("image", &HistoryFit::image,

@@ -6,12 +6,9 @@
 #include "commands/commands.hpp"
 #include "commands/rig_poses.hpp"
 #include "job/arguments.hpp"
-#include "job/camera_input.hpp"
-#include "job/find_corners.hpp"
 #include "job/messages.hpp"
 #include "job/plain_text.hpp"
 #include "report/check_report.hpp"
-#include "tagcal/error.hpp"
 #include "tagcal/io/camera_file.hpp"
 
 namespace tagcal::tools {
@@ -34,14 +31,10 @@ CameraCheck check_of_rig(const CheckArguments& arguments) {
 }
 
 CameraCheck check_of_camera(const CheckArguments& arguments) {
-  if (arguments.pair != "name") throw Error("--pair: needs the file of a rig");
-  Input input = read_input(arguments.input);
-  const CalibrationFile file = read_camera(arguments.camera);
-  check_image_size(file.camera.image_size, arguments.camera, input);
-  find_views(input, arguments.threads, true, &file.camera);
-  print_warnings(input.warnings);
+  const CameraViews read =
+      read_camera_views(arguments.input, arguments.camera, arguments.pair, arguments.threads);
   return naming(arguments.camera, [&] {
-    return check_camera(input.dataset, uncertain_camera(file), arguments.options);
+    return check_camera(read.input.dataset, uncertain_camera(read.camera), arguments.options);
   });
 }
 

@@ -6,8 +6,6 @@
 #include <map>
 
 #include "commands/rig_poses.hpp"
-#include "job/camera_input.hpp"
-#include "job/find_corners.hpp"
 #include "report/poses_input.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/internal/parallel.hpp"
@@ -65,12 +63,8 @@ std::map<std::string, Pose> poses_by_order(const HandeyeInput& input, const std:
 
 // The views with a corner of the target, in the frame of a single board or in the world of several.
 HandeyeInput read_pictures(const HandeyeArguments& arguments) {
-  if (arguments.pair != "name") throw Error("--pair: needs the file of a rig");
-  Input input = read_input(arguments.input);
-  const CalibrationFile camera = read_camera(arguments.camera);
-  check_image_size(camera.camera.image_size, arguments.camera, input);
-  find_views(input, arguments.threads, true, &camera.camera);
-  print_warnings(input.warnings);
+  auto [input, camera] =
+      read_camera_views(arguments.input, arguments.camera, arguments.pair, arguments.threads);
   HandeyeInput read{input.name, {}, !input.images.empty(), {}, uncertain_camera(camera), {}};
   for (const ImageSource& source : input.images) read.pictures.push_back(source.name);
   std::vector<PlacedBoard>& boards = input.dataset.boards;

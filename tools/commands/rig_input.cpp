@@ -8,6 +8,7 @@
 #include <ranges>
 
 #include "commands/calibrate_many.hpp"
+#include "job/camera_input.hpp"
 #include "job/find_corners.hpp"
 #include "job/messages.hpp"
 #include "tagcal/error.hpp"
@@ -136,6 +137,16 @@ RigInputArguments rig_arguments(const InputArguments& input, const std::string& 
     rig.corners.emplace_back(part.begin(), part.end());
   if (!input.target.empty()) rig.targets = {input.target};
   return rig;
+}
+
+CameraViews read_camera_views(const InputArguments& input, const std::string& camera,
+                              const std::string& pair, int threads) {
+  if (pair != "name") throw Error("--pair: needs the file of a rig");
+  CameraViews read{read_input(input), read_camera(camera)};
+  check_image_size(read.camera.camera.image_size, camera, read.input);
+  find_views(read.input, threads, true, &read.camera.camera);
+  print_warnings(read.input.warnings);
+  return read;
 }
 
 RigInput read_rig(const RigInputArguments& arguments) {

@@ -7,6 +7,7 @@
 
 #include "job/arguments.hpp"
 #include "job/input.hpp"
+#include "tagcal/io/types.hpp"
 #include "tagcal/scene/rig.hpp"
 
 namespace tagcal::tools {
@@ -23,6 +24,17 @@ struct RigInputArguments {
 // Those of a command that takes the input of one camera or of a rig: --observations names files by
 // commas.
 RigInputArguments rig_arguments(const InputArguments& input, const std::string& pair, int threads);
+
+// The pictures of one camera, with their corners, and the camera of an option.
+struct CameraViews {
+  Input input;
+  CalibrationFile camera;
+};
+
+// What the same commands read of one camera. Prints the warnings of reading. Throws Error, also for
+// --pair.
+CameraViews read_camera_views(const InputArguments& input, const std::string& camera,
+                              const std::string& pair, int threads);
 
 // The data set of a rig, with views, and the files of its pictures.
 struct RigInput {

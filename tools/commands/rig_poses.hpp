@@ -13,7 +13,7 @@ namespace tagcal::tools {
 // True for a file with several cameras, of which none is named.
 bool is_rig_file(const std::string& file_and_name);
 
-// What each camera of a rig saw at an instant.
+// The corners that each camera of a rig saw at an instant.
 std::vector<ViewCorrespondences> seen_at(const Instant& instant, const RigDataset& data,
                                          const KnownRig& rig);
 

@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <utility>
 
 #include "job/interruption.hpp"
 #include "tagcal/error.hpp"
@@ -28,13 +29,6 @@ std::string next_part() {
     part.resize(static_cast<std::size_t>(got));
     return part;
   }
-}
-
-const char* ending_for(std::string_view beginning) {
-  if (beginning.starts_with("\xff\xd8\xff")) return ".mjpeg";
-  if (beginning.starts_with("YUV4MPEG2 ")) return ".y4m";
-  throw Error(beginning.empty() ? "-: stdin is empty"
-                                : "-: stdin is neither MJPEG nor Y4M (ffmpeg .. -f mjpeg -)");
 }
 
 // A folder with the file, as long as this lives.
@@ -60,7 +54,12 @@ class PipedVideo {
  private:
   void read() {
     std::string part = next_part();
-    file_ = folder_ / (std::string("stdin") + ending_for(part));
+    while (ending_of_video(part).empty()) {
+      const std::string more = next_part();
+      if (more.empty()) throw Error(part.empty() ? "-: stdin is empty" : "-: stdin ends too soon");
+      part += more;
+    }
+    file_ = folder_ / fmt::format("stdin{}", ending_of_video(part));
     std::ofstream out(file_, std::ios::binary);
     for (; !part.empty(); part = next_part())
       if (!out.write(part.data(), static_cast<std::streamsize>(part.size())))
@@ -80,6 +79,18 @@ class PipedVideo {
 };
 
 }  // namespace
+
+std::string_view ending_of_video(std::string_view beginning) {
+  constexpr std::pair<std::string_view, std::string_view> kKinds[] = {{"\xff\xd8\xff", ".mjpeg"},
+                                                                      {"YUV4MPEG2 ", ".y4m"}};
+  bool is_short = false;
+  for (const auto& [start, ending] : kKinds) {
+    if (beginning.starts_with(start)) return ending;
+    is_short |= start.starts_with(beginning);
+  }
+  if (!is_short) throw Error("-: stdin is neither MJPEG nor Y4M (ffmpeg .. -f mjpeg -)");
+  return "";
+}
 
 fs::path piped_video() {
   static const PipedVideo piped;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string_view>
 
 namespace tagcal::tools {
 
@@ -8,5 +9,9 @@ namespace tagcal::tools {
 // `ffmpeg .. -f mjpeg - | tagcal calibrate -`. Reads until the other end closes it, once. Throws
 // Error: other bytes, nothing, no room.
 std::filesystem::path piped_video();
+
+// ".mjpeg" or ".y4m", as the first bytes that stdin sends say; "" if they are too few to tell.
+// Throws Error for others.
+std::string_view ending_of_video(std::string_view beginning);
 
 }  // namespace tagcal::tools

@@ -77,10 +77,11 @@ double rms_threshold(const Sample& sample) {
   return quantile(unchanged, kQuiet);
 }
 
-Figure found_by_check(const std::string& heading, double times) {
-  return {heading, [times](const Sample& sample) {
-            const std::vector<double> found = sample.numbers("found");
-            return share_of(sample, times, [&](std::size_t i) { return found[i] > 0; });
+// The share of the changes of `times` whose column is 1.
+Figure share_with(const std::string& heading, const std::string& column, double times) {
+  return {heading, [column, times](const Sample& sample) {
+            const std::vector<double> values = sample.numbers(column);
+            return share_of(sample, times, [&](std::size_t i) { return values[i] > 0; });
           }};
 }
 
@@ -89,18 +90,6 @@ Figure found_by_rms(const std::string& heading, double times) {
             const std::vector<double> rms = sample.numbers("rms");
             const double bound = rms_threshold(sample);
             return share_of(sample, times, [&](std::size_t i) { return rms[i] > bound; });
-          }};
-}
-
-// Of the changes of twice the stated size that are found.
-Figure named(const std::string& heading, const std::string& column) {
-  return {heading, [column](const Sample& sample) {
-            const std::vector<double> times = sample.numbers("times"),
-                                      found = sample.numbers("found"), is = sample.numbers(column);
-            double all = 0, right = 0;
-            for (std::size_t i = 0; i < times.size(); ++i)
-              if (times[i] == 2 && found[i] > 0) ++all, right += is[i];
-            return fmt::format("{:.1f} %", 100 * right / std::max(1.0, all));
           }};
 }
 
@@ -117,27 +106,27 @@ Figure stated_size() {
 }  // namespace
 
 Study check_study() {
-  return {.name = "check",
-          .summary = "changed cameras: what a check finds, and a threshold of the RMS residual",
-          .count = 1000,
-          .columns = {"pictures", "times", "found", "rms", "px", "named", "explained"},
-          .tasks =
-              [](const StudyOptions&) {
-                std::vector<study::Task> tasks;
-                for (const Noise& noise :
-                     {Noise{"noise 0.2 px", 0.2, 0.2}, Noise{"noise 0.1 to 0.3 px", 0.1, 0.3}})
-                  tasks.push_back({noise.name, [noise](std::uint64_t seed) {
-                                     return measure_check(noise, seed);
-                                   }});
-                return tasks;
-              },
-          .tables = {
-              {{"task", "pictures"},
-               {stated_size(), found_by_check("check, unchanged", 0),
-                found_by_check("stated change", 1), found_by_check("twice that", 2),
-                found_by_rms("RMS, unchanged", 0), found_by_rms("stated change", 1),
-                found_by_rms("twice that", 2)}},
-              {{"task", "pictures"}, {named("named", "named"), named("or as well", "explained")}}}};
+  return {
+      .name = "check",
+      .summary = "changed cameras: what a check finds, and a threshold of the RMS residual",
+      .count = 1000,
+      .columns = {"pictures", "times", "found", "rms", "px", "named", "explained"},
+      .tasks =
+          [](const StudyOptions&) {
+            std::vector<study::Task> tasks;
+            for (const Noise& noise :
+                 {Noise{"noise 0.2 px", 0.2, 0.2}, Noise{"noise 0.1 to 0.3 px", 0.1, 0.3}})
+              tasks.push_back(
+                  {noise.name, [noise](std::uint64_t seed) { return measure_check(noise, seed); }});
+            return tasks;
+          },
+      .tables = {{{"task", "pictures"},
+                  {stated_size(), share_with("check, unchanged", "found", 0),
+                   share_with("stated change", "found", 1), share_with("twice that", "found", 2),
+                   found_by_rms("RMS, unchanged", 0), found_by_rms("stated change", 1),
+                   found_by_rms("twice that", 2)}},
+                 {{"task", "pictures"},
+                  {share_with("named", "named", 2), share_with("or as well", "explained", 2)}}}};
 }
 
 }  // namespace tagcal

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <sstream>
 
+#include "job/piped_video.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/image_file.hpp"
 
@@ -102,7 +103,7 @@ class Y4mStream : public FrameStream {
     return error == std::errc() && end == text.data() + text.size() ? value : 0;
   }
 
-  // Of the planes of a frame.
+  // The number of bytes of a frame, which is its planes.
   std::size_t bytes_of(const std::string& chroma) const {
     const auto w = static_cast<std::size_t>(width_), h = static_cast<std::size_t>(height_);
     if (chroma == "mono") return w * h;
@@ -122,18 +123,13 @@ class Y4mStream : public FrameStream {
   std::array<std::uint8_t, 256> levels_{};
 };
 
-bool may_begin(std::string_view bytes, std::string_view start) {
-  return bytes.substr(0, start.size()) == start.substr(0, bytes.size());
-}
-
 }  // namespace
 
 std::unique_ptr<FrameStream> frame_stream(std::string_view beginning) {
-  if (beginning.starts_with(kJpegStart)) return std::make_unique<JpegStream>();
-  if (beginning.starts_with(kY4mStart)) return std::make_unique<Y4mStream>();
-  if (!may_begin(beginning, kJpegStart) && !may_begin(beginning, kY4mStart))
-    throw Error("-: stdin is neither MJPEG nor Y4M (ffmpeg .. -f mjpeg -)");
-  return nullptr;
+  const std::string_view ending = ending_of_video(beginning);
+  if (ending.empty()) return nullptr;
+  if (ending == ".mjpeg") return std::make_unique<JpegStream>();
+  return std::make_unique<Y4mStream>();
 }
 
 }  // namespace tagcal::tools

@@ -53,9 +53,9 @@ void for_each_picture(std::size_t n, const Target& target, const DetectOptions& 
   parallel_for(n, workers, work, progress);
 }
 
-// Frames of a sequence that one thread finds, one after the other: the first is searched, so that a
-// tag that appears is found within so many frames, and several threads share a sequence.
-// numeric: a whole search each 20 frames costs 1 / 20 of the time that following saves.
+// One thread finds so many frames of a sequence, one after the other. It searches the first of
+// them, so a new tag is found after so many frames at most, and several threads can share a
+// sequence. numeric: a whole search each 20 frames costs 1 / 20 of the time that following saves.
 constexpr std::size_t kFollowedFrames = 20;
 
 // Pictures [first, end). Several are loaded at once, in the order of their turns.

@@ -114,7 +114,7 @@ struct HistoryChange {
 
 // One explanation of the differences: a straight line by the key, or one step.
 struct HistoryFit {
-  double p_value = 1;  // of a change as large as this, if there is none; of all places of a step
+  double p_value = 1;  // of values without a change that differ as much; of all places of a step
   std::vector<HistoryChange> parameters;  // by one unit of the key, or by the step
   // The largest displacement in the image between the first key and the last, or by the step, less
   // what a turned camera explains.

@@ -161,9 +161,10 @@ std::optional<HandeyeMinimum> minimise_bundle(const HandeyeProblem& problem, Han
   auto equations = HandeyeEquations::at(problem, result.state);
   constexpr int kIterations = 20;      // a limit of work; beyond it is not_converged
   constexpr double kSmallStep = 1e-4;  // numeric: squared, in standard deviations, of a view
-  // Where the translation will be refused (check_determined) the cost falls without an end, as
-  // noise of the pictures takes the place of errors of the robot, and the other parameters follow
-  // its curved valley. It is held after the steps in which bundles converge that have a minimum.
+  // A translation that will be refused (check_determined) has no minimum: noise of the pictures
+  // takes the place of errors of the robot, the cost falls without an end, and the other parameters
+  // follow its curved valley. A bundle that has a minimum converges in the free steps; after them
+  // the translation is held.
   constexpr int kFree = 5;     // numeric: steps
   constexpr double kHeld = 2;  // numeric: an answer at the bound is not held on its way
   const double held_m = kHeld * policy::kHandeyeRefused * problem.scale.distance_m;
