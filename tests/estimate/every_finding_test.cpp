@@ -12,6 +12,7 @@
 
 #include "finding_cases.hpp"
 #include "fleet_worlds.hpp"
+#include "rolling_worlds.hpp"
 #include "spoiled_worlds.hpp"
 #include "tagcal/estimate/calibrate.hpp"
 #include "tagcal/estimate/check_camera.hpp"
@@ -155,15 +156,24 @@ Dataset parallel() {
   return world;
 }
 
-// Each view with its own shear of the rows.
-Dataset rolled() {
+// Each view with its own shear of the rows, and a bow that no velocity of a camera has.
+Dataset sheared() {
   return changed([](auto& all) {
     Random random(8);
     for (View& view : all) {
       const Eigen::Vector2d by = 0.003 * Eigen::Vector2d(random.normal(), random.normal());
-      for (Observation& o : view.observations) o.pixel += by * (o.pixel.y() - 400);
+      const double bow = 0.003 / 640 * random.normal();
+      for (Observation& o : view.observations)
+        o.pixel += by * (o.pixel.y() - 400) +
+                   bow * std::pow(o.pixel.x() - 640, 2) * Eigen::Vector2d::Ones();
     }
   });
+}
+
+Dataset rolled() {
+  const Dataset still = make_world(opencv5_lens(), 3, views(10));
+  Random random(8);
+  return with_noise(rolling_world(still, random_velocities(10, 0.2, 0.2, random), 0.02), 0.2, 3);
 }
 
 Dataset tilted_by(double max_deg, const Lens& lens, int count) {
@@ -228,7 +238,8 @@ std::vector<Case> cases_of_target_and_model() {
       {"sources_disagree", calibrated(focused_anew(), by_turns(16))},
       {"print_aspect", calibrated(printed_longer_in_y(0.004), automatic)},
       {"print_exceeded", calibrated(printed_longer_in_y(0.02), automatic)},
-      {"rows_displaced", calibrated(rolled(), automatic)},
+      {"rows_displaced", calibrated(sheared(), automatic)},
+      {"rolling_shutter", calibrated(rolled(), automatic)},
       {"model_too_small", calibrated(make_world(opencv5_lens(), 3, views(10)), with_model("f+c"))},
       {"other_lens", calibrated(make_world(opencv5_lens(), 3, views(10)), with_model("fisheye4"))},
       {"perspective_seen",

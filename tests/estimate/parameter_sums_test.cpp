@@ -181,7 +181,45 @@ TEST(ParameterSums, RowTermsAreCorrelatedNoise) {
     // The best row terms are the posterior mean of the shear.
     const Eigen::Vector2d best =
         -rows.sigma * rows.sigma * shear.transpose() * covariance.ldlt().solve(all.col(k));
-    EXPECT_LT((sums.row_terms() - best).norm(), 1e-9 * (1 + best.norm()));
+    EXPECT_LT((sums.row_terms().head<2>() - best).norm(), 1e-9 * (1 + best.norm()));
+  }
+}
+
+// Velocities of the rows are, too: those by the pose times the row, in units, about their start.
+TEST(ParameterSums, VelocitiesOfTheRowsAreCorrelatedNoise) {
+  Random random(7);
+  ViewRowTerms rows{400, 0.003, Vector6d::Constant(0.002), {}};
+  rows.velocity_unit->tail<3>().setConstant(0.001);
+  for (double& start : rows.start) start = 0.002 * random.normal();
+  for (const std::size_t n : {9, 30}) {
+    const Lens lens = random_lens<Perspective>(random);
+    const SeenView seen(lens, n, false, random);
+    const auto free = Model::named("radial1").free();
+    MatrixXd gram;
+    ParameterSums sums(seen.view(), free, {}, rows);
+    ASSERT_TRUE(sums.at(lens, seen.pose, gram));
+    const Result batch = run(kPortableKernels, lens, seen.pose, seen.points, free, true);
+    const auto m = static_cast<Eigen::Index>(2 * n);
+    const Eigen::Index k = 6 + static_cast<Eigen::Index>(free.size());
+    MatrixXd all(m, k + 1), by_rows(m, 6);
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto at = static_cast<Eigen::Index>(2 * i);
+      all.middleRows(at, 2) << batch.pose_rows(i), batch.parameter_rows(i),
+          batch.pixels[i] - seen.pixels[i];
+      by_rows.middleRows(at, 2) = (seen.pixels[i].y() - rows.middle_row) * batch.pose_rows(i) *
+                                  rows.velocity_unit->asDiagonal();
+    }
+    // The residuals are those at the start; the prior is about zero.
+    MatrixXd about_zero = all;
+    about_zero.col(k) -= by_rows * rows.start;
+    const MatrixXd covariance =
+        MatrixXd::Identity(m, m) + rows.sigma * rows.sigma * by_rows * by_rows.transpose();
+    const MatrixXd expected = about_zero.transpose() * covariance.ldlt().solve(about_zero);
+    EXPECT_LT(difference(MatrixXd(gram.selfadjointView<Eigen::Upper>()), expected), 1e-9);
+    const Vector6d best =
+        -rows.sigma * rows.sigma * by_rows.transpose() * covariance.ldlt().solve(about_zero.col(k));
+    EXPECT_LT((sums.row_terms().cwiseQuotient(*rows.velocity_unit) - best).norm(),
+              1e-9 * (1 + best.norm()));
   }
 }
 

@@ -21,6 +21,7 @@ study::Study handeye_study();
 study::Study model_confusion_study();
 study::Study reproject_speed_study();
 study::Study rigs_study();
+study::Study shutter_study();
 study::Study single_views_study();
 study::Study tracking_study();
 study::Study visibility_study();

@@ -45,7 +45,8 @@ std::string key_of_urgent(const Finding& finding) {
     return finding.sentence;
   const bool is_of_all =
       is_one_of(finding, {code::tags_misplaced, code::tag_scale, code::flatness_exceeded,
-                          code::print_exceeded, code::board_bend_impossible, code::rows_displaced});
+                          code::print_exceeded, code::board_bend_impossible, code::rows_displaced,
+                          code::rolling_shutter});
   return is_of_all ? finding.code : "";
 }
 

@@ -8,6 +8,7 @@ namespace tagcal::internal {
 
 inline constexpr int kMaxLensParameters = 12;
 inline constexpr int kNumShapes = 4;  // of a target
+inline constexpr int kMaxRowTerms = 6;
 
 // n points and the camera that sees them; the caller's arrays, row-major.
 struct ViewJob {
@@ -35,10 +36,9 @@ struct ProjectJob : ViewJob {
 //   sums_pose             no others: N = 7
 //   sums_pose_and_focal   by the logarithm of the focal length (fx and fy change by one factor)
 //   sums_with_parameters  by free parameters; by four shapes of the target, if there are; and by
-//   two
-//                         row terms, if there are, which move the pixel along u and along v in
-//                         proportion to its row:
-//                         N = 6 + num_columns + (shape ? kNumShapes : 0) + (row_terms ? 2 : 0) + 1
+//                         row terms, if there are, which act in proportion to the row of a pixel:
+//                         two that move it along u and along v, or six that move the pose:
+//                         N = 6 + num_columns + (shape ? kNumShapes : 0) + row_terms + 1
 struct SumJob : ViewJob {
   const double* pixels = nullptr;     // n x 2, observed
   const double* whitening = nullptr;  // n x 4, W (column by column) of rows W [J | r], or null: 1
@@ -49,7 +49,7 @@ struct SumJob : ViewJob {
   // shape_directions[0], the last one along shape_directions[1] (camera frame).
   const double* shape = nullptr;
   double shape_directions[2][3] = {};
-  bool row_terms = false;
+  int row_terms = 0;      // 2, 6 or none
   double middle_row = 0;  // the row that does not move
 };
 

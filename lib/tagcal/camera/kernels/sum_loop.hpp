@@ -53,14 +53,14 @@ class SumLoop {
   static constexpr int kMaxColumns = kColumns == kNoColumn ? 7
                                      : kColumns == kFocalColumn
                                          ? 8
-                                         : 6 + kMaxLensParameters + kNumShapes + 2 + 1;
+                                         : 6 + kMaxLensParameters + kNumShapes + kMaxRowTerms + 1;
   static constexpr int kMaxSums = kMaxColumns * (kMaxColumns + 1) / 2;
 
   explicit SumLoop(const SumJob& job)
       : view_(job),
-        num_columns_(kColumns == kFreeColumns ? 6 + job.num_columns + (job.shape ? kNumShapes : 0) +
-                                                    (job.row_terms ? 2 : 0) + 1
-                                              : kMaxColumns) {
+        num_columns_(kColumns == kFreeColumns
+                         ? 6 + job.num_columns + (job.shape ? kNumShapes : 0) + job.row_terms + 1
+                         : kMaxColumns) {
     for (Pack& sum : sums_) sum = Pack{};
   }
 
@@ -79,15 +79,17 @@ class SumLoop {
       set_by_pose(turned, jacobian_.by_point[row], rows[row]);
       if constexpr (kColumns == kFocalColumn)
         rows[row][6] = view_.parameters[row] * jacobian_.by_parameters[row][row];  // fx, fy
-      if constexpr (kColumns == kFreeColumns) set_free(job, i, row, observed[1], rows[row] + 6);
+      if constexpr (kColumns == kFreeColumns) set_free(job, i, row, observed[1], rows[row]);
       rows[row][last_column()] = projected[row] - observed[row];
     }
     if (job.whitening) whiten(job.whitening + 4 * i, last_column() + 1, rows[0], rows[1]);
     return all_set(image.valid);
   }
 
+  // The columns after those by the pose, which begin the row.
   void set_free(const SumJob& job, unsigned long i, int row, const Pack& observed_row,
-                Pack* columns) const {
+                Pack* by_pose) const {
+    Pack* columns = by_pose + 6;
     for (int k = 0; k < job.num_columns; ++k) *columns++ = column(row, job.columns[k]);
     if (job.shape) {
       Pack shape[kNumShapes];
@@ -96,8 +98,11 @@ class SumLoop {
       for (int k = 0; k < 3; ++k) *columns++ = shape[k] * out_of_plane;
       *columns++ = shape[3] * along(row, job.shape_directions[1]);
     }
-    if (job.row_terms) {
-      columns[row] = observed_row - job.middle_row;
+    const Pack from_middle = observed_row - job.middle_row;
+    if (job.row_terms == 6)
+      for (int k = 0; k < 6; ++k) columns[k] = from_middle * by_pose[k];
+    if (job.row_terms == 2) {
+      columns[row] = from_middle;
       columns[1 - row] = Pack{};
     }
   }

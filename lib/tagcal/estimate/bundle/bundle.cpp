@@ -1,32 +1,55 @@
 #include "tagcal/estimate/bundle/bundle_adjustment.hpp"
+#include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/refine_pose.hpp"
 
 // The state of a calibration, and its costs.
 
 namespace tagcal::internal {
 
-const ViewProblem& Bundle::corrected(const ViewProblem& observed, const Eigen::Vector2d& rows,
+Vector6d Bundle::velocity_unit(std::size_t view) const {
+  const Pose& pose = camera_from_target[view];
+  double sum = 0;
+  for (const Correspondence& c : views[view].correspondences) sum += (pose * c.point).norm();
+  const double focal_px = policy::kPriorFocal * image_size.width;
+  const double distance = sum / static_cast<double>(views[view].correspondences.size());
+  Vector6d unit;
+  unit << Eigen::Vector3d::Constant(1 / focal_px), Eigen::Vector3d::Constant(distance / focal_px);
+  return unit;
+}
+
+ViewRowTerms Bundle::row_prior(std::size_t view) const {
+  ViewRowTerms rows{middle_row(), row_sigma > 0 ? row_sigma / sigma : 0};
+  if (!is_rolling) return rows;
+  rows.velocity_unit = velocity_unit(view);
+  if (!row_terms.empty())
+    rows.start =
+        turned(camera_from_target[view], row_terms[view]).cwiseQuotient(*rows.velocity_unit);
+  return rows;
+}
+
+const ViewProblem& Bundle::corrected(const ViewProblem& observed, const Vector6d& rows,
                                      ViewProblem& buffer) const {
   if (!board && rows.isZero()) return observed;
   buffer = observed;
   ViewArrays arrays(observed);
   if (board) arrays.displace(board->shapes(arrays.points()).view(), shape);
   std::vector<Correspondence>& corners = buffer.correspondences.own();
-  const double middle_row = image_centre(image_size).y();
+  if (is_rolling) arrays.move_rows(rows, middle_row());
   for (std::size_t i = 0; i < corners.size(); ++i) {
     corners[i].point = arrays.points()[i];
-    corners[i].pixel -= (corners[i].pixel.y() - middle_row) * rows;
+    if (!is_rolling) corners[i].pixel -= (corners[i].pixel.y() - middle_row()) * rows.head<2>();
   }
   return buffer;
 }
 
 const ViewProblem& Bundle::corrected(std::size_t view, ViewProblem& buffer) const {
-  return corrected(views[view], row_terms.empty() ? Eigen::Vector2d(0, 0) : row_terms[view],
+  return corrected(views[view], row_terms.empty() ? Vector6d(Vector6d::Zero()) : row_terms[view],
                    buffer);
 }
 
 Bundle Bundle::without_views() const {
-  return {model, image_size, free_values, {}, {}, board, shape, row_sigma, {}, sigma, known_lens};
+  return {model, image_size, free_values, {}, {},    board,
+          shape, row_sigma,  is_rolling,  {}, sigma, known_lens};
 }
 
 PriorRows prior_of_lens(const Bundle& bundle) {
@@ -78,10 +101,20 @@ std::optional<RefinedPose> refine_view_pose(const ViewProblem& view, const Lens&
 std::optional<Eigen::MatrixXd> products_of(const Bundle& bundle, std::size_t view,
                                            std::span<const FreeParameter> free, const Lens& lens,
                                            const Pose& camera_from_target) {
-  ViewEquations equations(bundle, view, free, bundle.row_prior());
+  ViewEquations equations(bundle, view, free, bundle.row_prior(view));
   Eigen::MatrixXd gram;
   if (!equations.sums.at(lens, camera_from_target, gram)) return std::nullopt;
   return gram;
+}
+
+std::optional<ParameterSums::RowEquations> row_equations(const Bundle& bundle, std::size_t view,
+                                                         const Lens& lens) {
+  ViewRowTerms rows = bundle.row_prior(view);
+  rows.sigma = 1e6;  // numeric: weak enough to leave the sums as they are
+  ViewEquations equations(bundle, view, {}, rows);
+  Eigen::MatrixXd gram;
+  if (!equations.sums.at(lens, bundle.camera_from_target[view], gram)) return std::nullopt;
+  return equations.sums.row_equations();
 }
 
 }  // namespace tagcal::internal

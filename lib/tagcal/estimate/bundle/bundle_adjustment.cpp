@@ -26,7 +26,7 @@ struct ViewRows {
 
   // Computes the rows for a lens and the shape of the bundle's board.
   void evaluate(const Bundle& bundle, const Lens& lens, const LinkedPoses& poses) {
-    ViewEquations equations(bundle, view, bundle.model->free(), bundle.row_prior());
+    ViewEquations equations(bundle, view, bundle.model->free(), bundle.row_prior(view));
     Eigen::MatrixXd gram;
     valid = equations.sums.at(lens, poses.camera_from_board(camera, link), gram);
     if (valid) compressed_rows(gram, 6, rows);
@@ -189,26 +189,29 @@ ceres::Solver::Options solver_options(int max_iterations) {
 // Sets the row terms that are best at the state, and the data's part of the cost.
 void set_row_terms(Bundle& bundle, BundleSummary& summary, std::size_t num_threads) {
   const std::size_t n = bundle.views.size();
-  bundle.row_terms.assign(n, Eigen::Vector2d::Zero());
   const auto lens = bundle.model->lens(bundle.free_values, bundle.image_size);
-  if (!lens || !(bundle.row_sigma > 0)) return;
-  const double variance = bundle.row_prior().sigma * bundle.row_prior().sigma;
-  std::vector<double> volumes(n);
-  parallel_for(n, threads_for_short_calls(n, num_threads), [&](std::size_t v) {
-    ViewArrays arrays(bundle.views[v]);
-    if (bundle.board) arrays.displace(bundle.board->shapes(arrays.points()).view(), bundle.shape);
-    ParameterSums sums(arrays.view(), {}, {}, bundle.row_prior());
-    Eigen::MatrixXd gram;
-    if (!sums.at(*lens, bundle.camera_from_target[v], gram)) return;
-    bundle.row_terms[v] = sums.row_terms();
-    const Eigen::Matrix2d volume =
-        Eigen::Matrix2d::Identity() + variance * sums.row_equations().information;
-    volumes[v] = std::log(std::max(1.0, volume.determinant()));
-  });
-  for (const double volume : volumes) summary.row_volume += volume;
-  const double prior = bundle.sigma / bundle.row_sigma;
-  for (const Eigen::Vector2d& rows : bundle.row_terms)
-    summary.prior += prior * prior * rows.squaredNorm();
+  std::vector<Vector6d> terms(n, Vector6d::Zero());
+  std::vector<double> volumes(n), squares(n);
+  if (lens && bundle.row_sigma > 0)
+    parallel_for(n, threads_for_short_calls(n, num_threads), [&](std::size_t v) {
+      const ViewRowTerms prior = bundle.row_prior(v);
+      ViewEquations equations(bundle, v, {}, prior);
+      Eigen::MatrixXd gram;
+      const Pose& pose = bundle.camera_from_target[v];
+      if (!equations.sums.at(*lens, pose, gram)) return;
+      terms[v] = equations.sums.row_terms();
+      squares[v] = terms[v].cwiseQuotient(prior.unit()).squaredNorm() / (prior.sigma * prior.sigma);
+      if (bundle.is_rolling) terms[v] = turned(pose.inverse(), terms[v]);
+      Eigen::MatrixXd volume =
+          prior.sigma * prior.sigma * equations.sums.row_equations().information;
+      volume.diagonal().array() += 1;
+      volumes[v] = std::log(std::max(1.0, volume.determinant()));
+    });
+  for (std::size_t v = 0; v < n; ++v) {
+    summary.row_volume += volumes[v];
+    summary.prior += squares[v];
+  }
+  bundle.row_terms = std::move(terms);
 }
 
 // The parameters that views have in common: those of each camera, then those of the boards.

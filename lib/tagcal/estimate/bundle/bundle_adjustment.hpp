@@ -32,7 +32,7 @@ struct KnownLens {
 };
 
 // A calibration problem and its state: the free parameters of a model, the shape of the board, and
-// for each view a pose and two row terms.
+// for each view a pose and row terms.
 struct Bundle {
   const Model* model = nullptr;
   ImageSize image_size;
@@ -41,8 +41,11 @@ struct Bundle {
   std::vector<Pose> camera_from_target;  // per view
   std::optional<FlatBoard> board;        // whose shapes are parameters, after those of the model
   BoardShape shape = BoardShape::Zero();
-  double row_sigma = 0;                    // px a row, of the row terms (ViewRowTerms); 0: none
-  std::vector<Eigen::Vector2d> row_terms;  // per view; zero without any
+  double row_sigma = 0;     // px a row, of the row terms (ViewRowTerms); 0: none
+  bool is_rolling = false;  // the row terms are velocities
+  // Per view; zero without any. Velocities are those of the board, in the target frame, in rad and
+  // m a row; they are parameters of the solution, and start from what stands here.
+  std::vector<Vector6d> row_terms;
   double sigma = 1;  // noise per (whitened) coordinate, against which the priors are weighed
   std::optional<KnownLens> known_lens = {};
 
@@ -50,18 +53,29 @@ struct Bundle {
   Lens lens() const { return *model->lens(free_values, image_size); }
   int num_parameters() const { return model->num_free() + num_shapes(); }  // of lens and board
   int num_shapes() const { return board ? static_cast<int>(BoardShape::SizeAtCompileTime) : 0; }
-  ViewRowTerms row_prior() const {
-    return {image_centre(image_size).y(), row_sigma > 0 ? row_sigma / sigma : 0};
-  }
+  double middle_row() const { return image_centre(image_size).y(); }
+  // The velocity (omega, tau) of `retract`, along each axis, that displaces a usual lens' pixels by
+  // one, at the distance of the view's corners.
+  Vector6d velocity_unit(std::size_t view) const;
+  // The poses are those that the solver starts from.
+  ViewRowTerms row_prior(std::size_t view) const;
 
   // A view as this board without its row terms shows it: `observed` itself without both, else
   // `buffer`.
-  const ViewProblem& corrected(const ViewProblem& observed, const Eigen::Vector2d& row_terms,
+  const ViewProblem& corrected(const ViewProblem& observed, const Vector6d& row_terms,
                                ViewProblem& buffer) const;
   const ViewProblem& corrected(std::size_t view, ViewProblem& buffer) const;
 
   Bundle without_views() const;
 };
+
+// A velocity (omega, tau) of `retract` in the target frame, from one in the source frame.
+inline Vector6d turned(const Pose& target_from_source, const Vector6d& velocity) {
+  Vector6d result;
+  result << target_from_source.rotation() * velocity.head<3>(),
+      target_from_source.rotation() * velocity.tail<3>();
+  return result;
+}
 
 // A view of a bundle as the kernels take it, at the bundle's state; both must outlive it.
 struct ViewEquations {
@@ -73,8 +87,14 @@ struct ViewEquations {
                 const ViewRowTerms& rows)
       : arrays(bundle.views[view]),
         shapes(bundle.board ? bundle.board->shapes(arrays.points()) : BoardShapes{}),
-        sums((arrays.displace(shapes.view(), bundle.shape), arrays.view()), free, shapes.view(),
-             rows) {}
+        sums((displace(bundle, view), arrays.view()), free, shapes.view(), rows) {}
+
+ private:
+  void displace(const Bundle& bundle, std::size_t view) {
+    arrays.displace(shapes.view(), bundle.shape);
+    if (bundle.is_rolling && !bundle.row_terms.empty())
+      arrays.move_rows(bundle.row_terms[view], bundle.middle_row());
+  }
 };
 
 // The products [J | r]'[J | r] (upper triangle) of a view's rows, with J by a step of this pose,
@@ -82,6 +102,11 @@ struct ViewEquations {
 std::optional<Eigen::MatrixXd> products_of(const Bundle& bundle, std::size_t view,
                                            std::span<const FreeParameter> free, const Lens& lens,
                                            const Pose& camera_from_target);
+
+// The equations of a view's row terms, of the bundle's kind, for a lens. No value if a point is
+// outside its domain.
+std::optional<ParameterSums::RowEquations> row_equations(const Bundle& bundle, std::size_t view,
+                                                         const Lens& lens);
 
 // The pseudo-observations of lens and board, by all parameters of the bundle.
 PriorRows prior_of(const Bundle& bundle);

@@ -62,11 +62,10 @@ double row_evidence(std::span<const ParameterSums::RowEquations> views, double v
                     double row_sigma) {
   double sum = 0;
   for (const ParameterSums::RowEquations& rows : views) {
-    const Eigen::Matrix2d information = rows.information / variance;
-    const Eigen::Vector2d gradient = rows.gradient / variance;
-    const Eigen::Matrix2d total =
-        information + Eigen::Matrix2d::Identity() / (row_sigma * row_sigma);
-    sum += gradient.dot(total.inverse() * gradient) / 2 -
+    const VectorXd gradient = rows.gradient / variance;
+    MatrixXd total = rows.information / variance;
+    total.diagonal().array() += 1 / (row_sigma * row_sigma);
+    sum += gradient.dot(Eigen::LLT<MatrixXd>(total).solve(gradient)) / 2 -
            std::log((row_sigma * row_sigma * total).determinant()) / 2;
   }
   return sum;
@@ -214,14 +213,8 @@ double row_sigma_of(const Bundle& solved, double sigma) {
     return std::ranges::max(policy::kRowSigmas);
   const Lens lens = solved.lens();
   std::vector<ParameterSums::RowEquations> views;
-  // Weak enough to leave the sums as they are.
-  const ViewRowTerms rows{image_centre(solved.image_size).y(), 1e6};  // numeric: see above
-  MatrixXd gram;
-  for (std::size_t v = 0; v < solved.views.size(); ++v) {
-    ViewEquations equations(solved, v, {}, rows);
-    if (equations.sums.at(lens, solved.camera_from_target[v], gram))
-      views.push_back(equations.sums.row_equations());
-  }
+  for (std::size_t v = 0; v < solved.views.size(); ++v)
+    if (auto rows = row_equations(solved, v, lens)) views.push_back(std::move(*rows));
   double best = 0, most = 0;
   for (const double row_sigma : policy::kRowSigmas) {
     const double evidence = row_evidence(views, sigma * sigma, row_sigma);

@@ -131,8 +131,9 @@ double median_distance_m(const Bundle& bundle) {
 }
 
 int degrees_of_freedom(const Bundle& bundle) {
+  const int of_view = bundle.is_rolling ? 12 : 6;  // pose and velocity
   return 2 * num_corners(bundle) - bundle.model->num_free() -
-         6 * static_cast<int>(bundle.views.size());
+         of_view * static_cast<int>(bundle.views.size());
 }
 
 Bundle with_model(const Bundle& bundle, const Model& model) {

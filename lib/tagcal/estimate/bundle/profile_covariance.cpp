@@ -30,7 +30,7 @@ Index least_known_parameter(const Model& model, const MatrixXd& covariance) {
 // Gauss-Newton steps of one pose, lens and board held. False outside of the domain.
 bool improve_pose(Bundle& bundle, std::size_t view, const Lens& lens, double& cost) {
   constexpr int kSteps = 4;
-  ViewEquations equations(bundle, view, {}, bundle.row_prior());
+  ViewEquations equations(bundle, view, {}, bundle.row_prior(view));
   Pose& pose = bundle.camera_from_target[view];
   MatrixXd gram;
   cost = std::numeric_limits<double>::infinity();

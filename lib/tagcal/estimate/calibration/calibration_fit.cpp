@@ -7,6 +7,7 @@
 
 #include "tagcal/estimate/bundle/covariance.hpp"
 #include "tagcal/estimate/bundle/observability.hpp"
+#include "tagcal/estimate/bundle/rolling_shutter.hpp"
 #include "tagcal/estimate/findings.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/robust_pose.hpp"
@@ -90,6 +91,7 @@ void select_bundle(BundleState& state, const CalibrationInput& input) {
     if (!state.selection.uses(v)) continue;
     bundle.views.push_back(chosen(input.views[v].problem, inlier));
     bundle.camera_from_target.push_back(*state.selection.pose[v]);
+    bundle.row_terms.push_back(state.selection.row_terms[v]);
     state.used.push_back(v);
   }
   state.bundle = std::move(bundle);
@@ -159,6 +161,21 @@ void retry_with_other_poses(BundleState& state, const CalibrationInput& input,
   retry(state, std::move(trial), input, options);
 }
 
+// Solves again with the row terms that the views show: velocities, or a shear.
+void add_row_terms(BundleState& state, const CalibrationInput& input,
+                   const CalibrateOptions& options) {
+  const double of_velocities =
+      rolling_sigma_of(state.bundle, options.max_iterations, options.num_threads);
+  state.bundle.is_rolling = of_velocities > 0;
+  for (int round = 0; round < kRowRounds && !state.bundle.views.empty(); ++round) {
+    // Lens and poses take up a part of what the rows show, so the next solution may show more.
+    const double row_sigma = row_sigma_of(state.bundle, state.bundle.sigma);
+    if (!state.bundle.is_rolling && row_sigma <= state.bundle.row_sigma) break;
+    state.bundle.row_sigma = state.bundle.is_rolling ? of_velocities : row_sigma;
+    solve_robustly(state, input, options);
+  }
+}
+
 // The fit of a model from a start.
 std::optional<CalibrationFit> fit_from(const Bundle& start, Selection selection,
                                        const CalibrationInput& input,
@@ -172,14 +189,8 @@ std::optional<CalibrationFit> fit_from(const Bundle& start, Selection selection,
     retry_with_other_poses(state, input, options);
   }
   state.bundle.sigma = state.noise;
-  // Lens and poses take up a part of what the rows show, so the next solution may show more.
-  for (int round = 0; round < kRowRounds; ++round) {
-    const double row_sigma = row_sigma_of(state.bundle, state.bundle.sigma);
-    if (row_sigma <= state.bundle.row_sigma) break;
-    state.bundle.row_sigma = row_sigma;
-    solve_robustly(state, input, options);
-    if (state.bundle.views.empty()) return std::nullopt;
-  }
+  add_row_terms(state, input, options);
+  if (state.bundle.views.empty()) return std::nullopt;
   CalibrationFit fit;
   fit.bundle = std::move(state.bundle);
   fit.used = state.used;
@@ -220,7 +231,7 @@ bool Selection::uses(std::size_t view) const {
 Selection selection_of(const CalibrationSeed& seed, const CalibrateOptions& options) {
   Selection selection{seed.camera_from_world,
                       seed.inlier,
-                      std::vector<Vector2d>(seed.inlier.size(), Vector2d::Zero()),
+                      std::vector<Vector6d>(seed.inlier.size(), Vector6d::Zero()),
                       {}};
   if (!options.reject_outliers)
     for (auto& view : selection.inlier) std::fill(view.begin(), view.end(), 1);
@@ -262,7 +273,7 @@ std::vector<Outlier> outliers_of(const CalibrationInput& input, const Calibratio
     const CalibrationView& view = input.views[v];
     const bool is_used = next < fit.used.size() && fit.used[next] == v;
     std::optional<Pose> pose = selection.pose[v];
-    Vector2d rows = selection.row_terms[v];
+    Vector6d rows = selection.row_terms[v];
     if (is_used) {
       pose = fit.bundle.camera_from_target[next];
       if (!fit.bundle.row_terms.empty()) rows = fit.bundle.row_terms[next];

@@ -26,7 +26,7 @@ constexpr double kLeastNoisePx = 1e-4;  // numeric: convergence
 struct Selection {
   std::vector<std::optional<Pose>> pose;
   std::vector<std::vector<std::uint8_t>> inlier;
-  std::vector<Eigen::Vector2d> row_terms;
+  std::vector<Vector6d> row_terms;
   std::vector<double> scale_px_per_m;  // of model weak; else empty
 
   std::ptrdiff_t num_inliers(std::size_t view) const;

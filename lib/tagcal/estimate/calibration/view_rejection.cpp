@@ -17,7 +17,7 @@ using Eigen::Vector2d;
 struct FittedView {
   std::size_t view = 0;  // index in the input
   Pose camera_from_world;
-  Vector2d row_terms = Vector2d::Zero();
+  Vector6d row_terms = Vector6d::Zero();
   std::vector<std::uint8_t> inlier;
   std::size_t num_inliers = 0;
   double rms = 0;                 // of the inliers' whitened residuals

@@ -145,7 +145,7 @@ class Fitting {
         bundle.camera_from_target.push_back(
             fit_.state.poses.camera_from_board(c, fit_.state.poses.links[c][v]));
       }
-      bundle.row_terms.assign(bundle.views.size(), Vector2d::Zero());
+      bundle.row_terms.assign(bundle.views.size(), Vector6d::Zero());
     }
   }
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "tagcal/estimate/bundle/rolling_shutter.hpp"
 #include "tagcal/estimate/checks/board_checks.hpp"
 #include "tagcal/estimate/checks/weak_checks.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
@@ -255,10 +256,11 @@ Result few_views(const Solved& s) {
 // Rows of the pictures are displaced against one another.
 Result rows_displaced(const Solved& s) {
   const Bundle& bundle = s.solution.fit->bundle;
-  if (!(bundle.row_sigma > 0) || std::ssize(bundle.views) < policy::kFewestTellingViews)
+  if (bundle.is_rolling || !(bundle.row_sigma > 0) ||
+      std::ssize(bundle.views) < policy::kFewestTellingViews)
     return std::nullopt;
   double square = 0;
-  for (const Eigen::Vector2d& rows : bundle.row_terms) square += rows.squaredNorm();
+  for (const Vector6d& rows : bundle.row_terms) square += rows.squaredNorm();
   const double half = bundle.image_size.height / 2.0;
   const double rms_px = half * std::sqrt(square / static_cast<double>(bundle.views.size()));
   if (!(rms_px > policy::kGoodCornerPx)) return std::nullopt;
@@ -267,6 +269,21 @@ Result rows_displaced(const Solved& s) {
                      with_digits(rms_px, 2) +
                      " px (RMS) against their middle, each picture by its own: a rolling shutter, "
                      "or a camera or board that moved; hold both still, or use a global shutter");
+}
+
+// The camera moved while a rolling shutter read the rows.
+Result rolling_shutter(const Solved& s) {
+  const Bundle& bundle = s.solution.fit->bundle;
+  if (!bundle.is_rolling || !(bundle.row_sigma > 0)) return std::nullopt;
+  const std::vector<double> moved_px = row_motions_px(bundle);
+  const auto count =
+      std::ranges::count_if(moved_px, [](double px) { return px > policy::kGoodCornerPx; });
+  return finding(code::rolling_shutter,
+                 "rows are taken one after another: corners are off by up to " +
+                     with_digits(std::ranges::max(moved_px), 2) + " px, by more than " +
+                     with_digits(policy::kGoodCornerPx, 1) + " px in " + std::to_string(count) +
+                     " of " + std::to_string(moved_px.size()) +
+                     " views; the answer includes it, but hold camera and board still");
 }
 
 // Model weak.
@@ -301,6 +318,7 @@ constexpr std::array kChecks = {
     Check{Of::perspective, board_bent},
     Check{Of::perspective, print_aspect},
     Check{Of::perspective, rows_displaced},
+    Check{Of::perspective, rolling_shutter},
     Check{Of::perspective, corners_rejected, kAnswersOnly},
     Check{Of::perspective, coefficients_correlated, kAnswersOnly},
     Check{Of::perspective, direction_weak},

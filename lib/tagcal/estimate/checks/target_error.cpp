@@ -98,7 +98,7 @@ Corners sums_of(const CalibrationInput& input, const CalibrationFit& fit, const 
   const bool has_rows = board && !fit.bundle.row_terms.empty();
   for (std::size_t i = 0; i < fit.used.size(); ++i) {
     const CalibrationView& view = input.views[fit.used[i]];
-    const Vector2d rows = has_rows ? fit.bundle.row_terms[i] : Vector2d(0, 0);
+    const Vector6d rows = has_rows ? fit.bundle.row_terms[i] : Vector6d(Vector6d::Zero());
     add_view(corners, view, fit.bundle.corrected(view.problem, rows, bent), lens,
              fit.bundle.camera_from_target[i], axes, fit.selection.inlier[fit.used[i]]);
   }

@@ -38,6 +38,14 @@ void ViewArrays::displace(const ViewShapes& shapes, const Eigen::Vector4d& by) {
   }
 }
 
+void ViewArrays::move_rows(const Vector6d& velocity_in_target, double middle_row) {
+  if (velocity_in_target.isZero(0)) return;
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    const Vector6d step = (pixels_[i].y() - middle_row) * velocity_in_target;
+    points_[i] = small_rotation(step.head<3>()) * points_[i] + step.tail<3>();
+  }
+}
+
 std::optional<Reprojection> reprojection(const ViewProblem& view, const Lens& lens,
                                          std::span<const FreeParameter> free,
                                          const Pose& camera_from_target) {

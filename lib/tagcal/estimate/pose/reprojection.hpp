@@ -28,6 +28,9 @@ class ViewArrays {
   std::span<Eigen::Vector3d> points() { return points_; }
   // Moves the points by the shapes of their board.
   void displace(const ViewShapes& shapes, const Eigen::Vector4d& by);
+  // Moves each point by the velocity (omega, tau) a row of its board, which stands still at
+  // `middle_row`.
+  void move_rows(const Vector6d& velocity_in_target, double middle_row);
 
  private:
   std::vector<Eigen::Vector3d> points_;

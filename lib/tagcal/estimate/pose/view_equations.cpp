@@ -1,7 +1,6 @@
 #include "tagcal/estimate/pose/view_equations.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -15,6 +14,7 @@ namespace {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
+using Eigen::VectorXd;
 
 // Unpacks the upper triangle of [J | r]'[J | r], row by row.
 template <int N>
@@ -101,12 +101,12 @@ ParameterSums::ParameterSums(const ViewPoints& view, std::span<const FreeParamet
   set_view(view, job_);
   job_.num_columns = static_cast<int>(free.size());
   job_.shape = shapes.of_points.empty() ? nullptr : shapes.of_points.data()->data();
-  job_.row_terms = row_terms.sigma > 0;
+  job_.row_terms = row_terms.count();
   job_.middle_row = row_terms.middle_row;
 }
 
 bool ParameterSums::at(const Lens& lens, const Pose& camera_from_target, MatrixXd& gram) {
-  constexpr int kMaxColumns = 6 + kMaxLensParameters + kNumShapes + 2 + 1;
+  constexpr int kMaxColumns = 6 + kMaxLensParameters + kNumShapes + kMaxRowTerms + 1;
   double sums[kMaxColumns * (kMaxColumns + 1) / 2];
   std::fill_n(job_.columns, kMaxLensParameters, 0u);
   const unsigned wanted = set_columns(free_, parameters(lens).size(), job_.columns);
@@ -118,50 +118,67 @@ bool ParameterSums::at(const Lens& lens, const Pose& camera_from_target, MatrixX
       camera_from_target.rotation() * shapes_.across;
   job_.sums = sums;
   if (!fastest_kernels().sums_with_parameters[kind](job_)) return false;
-  const Index n = 6 + static_cast<Index>(free_.size()) + (job_.shape ? kNumShapes : 0) +
-                  (job_.row_terms ? 2 : 0) + 1;
+  const Index n =
+      6 + static_cast<Index>(free_.size()) + (job_.shape ? kNumShapes : 0) + job_.row_terms + 1;
   all_.resize(n, n);
   const double* sum = sums;
   for (Index i = 0; i < n; ++i)
     for (Index j = i; j < n; ++j) all_(i, j) = *sum++;
   if (!std::isfinite(all_(n - 1, n - 1))) return false;
-  if (!job_.row_terms) {
+  if (job_.row_terms == 0) {
     gram = all_;
     return true;
   }
-  const Index at = n - 3;
-  all_.block<2, 2>(at, at).diagonal().array() += 1 / (row_terms_.sigma * row_terms_.sigma);
-  const Eigen::Matrix2d information = all_.block<2, 2>(at, at).selfadjointView<Eigen::Upper>();
-  MatrixXd by_rows(n - 2, 2);
-  by_rows << all_.block(0, at, at, 2), all_.block<2, 1>(at, n - 1).transpose();
-  gram.resize(n - 2, n - 2);
+  // In units of the terms, with their prior.
+  const Index m = job_.row_terms, at = n - 1 - m;
+  if (row_terms_.velocity_unit) {
+    all_.middleCols(at, m) *= row_terms_.velocity_unit->asDiagonal();
+    all_.middleRows(at, m) = row_terms_.velocity_unit->asDiagonal() * all_.middleRows(at, m);
+  }
+  const double weight = 1 / (row_terms_.sigma * row_terms_.sigma);
+  const VectorXd start = row_terms_.start.head(m);
+  all_.block(at, at, m, m).diagonal().array() += weight;
+  all_.block(at, n - 1, m, 1) += weight * start;
+  all_(n - 1, n - 1) += weight * start.squaredNorm();
+  MatrixXd by_rows(n - m, m);
+  by_rows << all_.block(0, at, at, m), all_.block(at, n - 1, m, 1).transpose();
+  gram.resize(n - m, n - m);
   gram.topLeftCorner(at, at) = all_.topLeftCorner(at, at);
   gram.topRightCorner(at, 1) = all_.topRightCorner(at, 1);
   gram(at, at) = all_(n - 1, n - 1);
-  const MatrixXd explained = by_rows * information.inverse() * by_rows.transpose();
-  gram.triangularView<Eigen::Upper>() -= explained;
+  gram.triangularView<Eigen::Upper>() -=
+      by_rows * Eigen::LLT<MatrixXd>(row_information()).solve(by_rows.transpose());
   return true;
 }
 
-Eigen::Vector2d ParameterSums::row_terms() const {
-  if (!job_.row_terms) return Eigen::Vector2d::Zero();
-  const Index at = all_.cols() - 3;
-  const Eigen::Matrix2d information = all_.block<2, 2>(at, at).selfadjointView<Eigen::Upper>();
-  return -information.inverse() * all_.block<2, 1>(at, at + 2);
+MatrixXd ParameterSums::row_information() const {
+  const Index m = job_.row_terms, at = all_.cols() - 1 - m;
+  return all_.block(at, at, m, m).selfadjointView<Eigen::Upper>();
+}
+
+Vector6d ParameterSums::row_terms() const {
+  const Index m = job_.row_terms, last = all_.cols() - 1;
+  Vector6d terms = row_terms_.start;
+  if (m > 0)
+    terms.head(m) -=
+        Eigen::LLT<MatrixXd>(row_information()).solve(all_.block(last - m, last, m, 1));
+  return terms.cwiseProduct(row_terms_.unit());
 }
 
 ParameterSums::RowEquations ParameterSums::row_equations() const {
-  const Index at = all_.cols() - 3;
+  const Index m = job_.row_terms, last = all_.cols() - 1, at = last - m;
+  const double weight = 1 / (row_terms_.sigma * row_terms_.sigma);
+  const VectorXd start = row_terms_.start.head(m);
   const Eigen::Matrix<double, 6, 6> by_pose =
       all_.topLeftCorner<6, 6>().selfadjointView<Eigen::Upper>();
-  const Eigen::Matrix<double, 6, 2> cross = all_.block<6, 2>(0, at);
-  const Eigen::Matrix<double, 2, 6> explained =
+  const MatrixXd cross = all_.block(0, at, 6, m);
+  const MatrixXd explained =
       Eigen::LDLT<Eigen::Matrix<double, 6, 6>>(by_pose).solve(cross).transpose();
   RowEquations rows;
-  rows.information = all_.block<2, 2>(at, at).selfadjointView<Eigen::Upper>();
-  rows.information.diagonal().array() -= 1 / (row_terms_.sigma * row_terms_.sigma);
-  rows.information -= explained * cross;
-  rows.gradient = all_.block<2, 1>(at, at + 2) - explained * all_.block<6, 1>(0, at + 2);
+  rows.information = row_information() - explained * cross;
+  rows.information.diagonal().array() -= weight;
+  rows.gradient = all_.block(at, last, m, 1) - weight * start -
+                  explained * all_.block<6, 1>(0, last) - rows.information * start;
   return rows;
 }
 

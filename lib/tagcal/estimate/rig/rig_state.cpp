@@ -81,7 +81,7 @@ Bundle bundle_of(const Dataset& data, const Calibration& own, const Model& model
     bundle.views.push_back(problem_of(data.views[view.view], view.view, points, own, rejected));
     bundle.camera_from_target.push_back(view.camera_from_world);
   }
-  bundle.row_terms.assign(bundle.views.size(), Eigen::Vector2d::Zero());
+  bundle.row_terms.assign(bundle.views.size(), Vector6d::Zero());
   return bundle;
 }
 

@@ -1,0 +1,223 @@
+#include "tagcal/estimate/bundle/rolling_shutter.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <tuple>
+
+#include "tagcal/estimate/policy/policy.hpp"
+#include "tagcal/estimate/policy/shutter_policy.hpp"
+
+namespace tagcal::internal {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::Vector2d;
+using Eigen::VectorXd;
+
+constexpr int kDegree = 7;  // of the polynomial of the pixel that views share
+constexpr Index kNumTerms = (kDegree + 1) * (kDegree + 2) / 2;
+constexpr Index kNumEffects = 12;  // of a view: velocities by row and by column
+constexpr Index kNumCommon = 2 * kNumTerms + kNumShapes;  // of all views: field and board
+constexpr double kLeastSize = 0.02, kMostSize = 2e5;      // numeric: a range of effects over noise
+constexpr double kSizeStep = 1.1;                         // numeric: of their likelihood's maximum
+constexpr double kHalf = 0.5;  // numeric: effects by column between none and those by row
+constexpr int kRounds = 3;     // of solutions with velocities: to second order
+
+// The terms of a polynomial of two variables.
+VectorXd powers_of(const Vector2d& x) {
+  VectorXd terms(kNumTerms);
+  Index k = 0;
+  for (int i = 0; i <= kDegree; ++i)
+    for (int j = 0; i + j <= kDegree; ++j) terms[k++] = std::pow(x.x(), i) * std::pow(x.y(), j);
+  return terms;
+}
+
+struct Effects {
+  double log = -std::numeric_limits<double>::infinity();  // of the likelihood
+  double row_sigma = 0;                                   // of the velocities by row, px a row
+  double noise = 0;                                       // of a (whitened) coordinate
+  double square = 0;  // of the residuals that neither effects nor the common field explain
+};
+
+// The columns by the shapes of the board.
+void add_shapes(const ViewShapes& shapes, const Pose& pose, const RowMajor6& by_pose,
+                MatrixXd& all) {
+  const Eigen::Vector3d normal = pose.rotation() * shapes.normal;
+  const Eigen::Vector3d across = pose.rotation() * shapes.across;
+  for (std::size_t i = 0; i < shapes.of_points.size(); ++i)
+    for (Index k = 0; k < kNumShapes; ++k)
+      all.block<2, 1>(static_cast<Index>(2 * i), kNumEffects + 2 * kNumTerms + k) =
+          shapes.of_points[i][k] * by_pose.middleRows<2>(static_cast<Index>(2 * i)).rightCols<3>() *
+          (k < 3 ? normal : across);
+}
+
+// Restricted log-likelihoods of the effects' sizes. A size is the standard deviation of the
+// displacement at the upper border (by rows) or the left one (by columns), over that of the noise.
+class EffectLikelihood {
+ public:
+  explicit EffectLikelihood(const Bundle& solved) : size_(solved.image_size) {
+    const Lens lens = solved.lens();
+    for (std::size_t v = 0; v < solved.views.size(); ++v) add_view(solved, v, lens);
+  }
+
+  bool is_empty() const { return !(freedom_ > 0); }
+  double square() const { return square_; }  // of all residuals
+
+  // The highest likelihood of effects by row, and by column of this share of their size.
+  Effects best_of(double share) const {
+    Effects best;
+    double best_size = 0;
+    const auto test = [&](double size) {
+      const Effects effects = at(size, share * size);
+      if (effects.log > best.log) std::tie(best, best_size) = std::pair(effects, size);
+    };
+    for (double size = kLeastSize; size < kMostSize; size *= 4) test(size);
+    for (double step = 2; step > kSizeStep; step = std::sqrt(step)) {
+      const double size = best_size;
+      test(size * step);
+      test(size / step);
+    }
+    return best;
+  }
+
+  Effects at(double by_row, double by_column) const {
+    VectorXd scale(kNumEffects);
+    scale << Vector6d::Constant(by_row), Vector6d::Constant(by_column);
+    constexpr double kRidge = 1e-6;  // numeric: what poses take up of the common field, a corner
+    MatrixXd common = MatrixXd::Zero(kNumCommon + 1, kNumCommon + 1);
+    double volume = 0;
+    for (const MatrixXd& gram : grams_) {
+      MatrixXd effects =
+          scale.asDiagonal() * gram.topLeftCorner(kNumEffects, kNumEffects) * scale.asDiagonal();
+      effects.diagonal().array() += 1;
+      const Eigen::LLT<MatrixXd> root(effects);
+      const MatrixXd cross = root.matrixL().solve(scale.asDiagonal() *
+                                                  gram.topRightCorner(kNumEffects, kNumCommon + 1));
+      common += gram.bottomRightCorner(kNumCommon + 1, kNumCommon + 1);
+      common.noalias() -= cross.transpose() * cross;
+      volume += root.matrixLLT().diagonal().array().log().sum();
+    }
+    common.diagonal().head(kNumCommon).array() += kRidge * freedom_;
+    // The last entry of the root is that of the residuals without the common field.
+    const Eigen::LLT<MatrixXd> root(common);
+    const VectorXd diagonal = root.matrixLLT().diagonal();
+    const double square = std::max(
+        1e-300, diagonal[kNumCommon] * diagonal[kNumCommon]);  // numeric: no logarithm of 0
+    volume += diagonal.head(kNumCommon).array().log().sum();
+    const double noise = std::sqrt(square / freedom_);
+    return {-volume - freedom_ / 2 * std::log(square), 2 * by_row * noise / size_.height, noise,
+            square};
+  }
+
+ private:
+  // The products of the columns by effects, by the common field and of the residuals, less those
+  // that the pose explains.
+  void add_view(const Bundle& solved, std::size_t v, const Lens& lens) {
+    ViewProblem buffer;
+    const ViewProblem& view = solved.corrected(v, buffer);
+    const auto seen = reprojection(view, lens, {}, solved.camera_from_target[v]);
+    if (!seen) return;
+    // Where corners are projected: the noise of observed ones would explain itself.
+    const auto error_px = residuals_px(view.correspondences, lens, solved.camera_from_target[v]);
+    const Vector2d centre = image_centre(size_);
+    const Vector6d unit = solved.velocity_unit(v);
+    const Index n = seen->residuals.size();
+    MatrixXd all = MatrixXd::Zero(n, kNumEffects + kNumCommon + 1);
+    for (std::size_t i = 0; i < view.correspondences.size(); ++i) {
+      const auto at = static_cast<Index>(2 * i);
+      const Vector2d x = view.correspondences[i].pixel + error_px[i] - centre;
+      const auto by_pose = (seen->by_pose.middleRows<2>(at) * unit.asDiagonal()).eval();
+      const Eigen::Matrix2d w =
+          view.whitening.empty() ? Eigen::Matrix2d::Identity() : Eigen::Matrix2d(view.whitening[i]);
+      all.block<2, 6>(at, 0) = 2 * x.y() / size_.height * by_pose;
+      all.block<2, 6>(at, 6) = 2 * x.x() / size_.height * by_pose;
+      const VectorXd powers = powers_of(2 * x / size_.width);
+      for (Index k = 0; k < kNumTerms; ++k)
+        all.block<2, 2>(at, kNumEffects + 2 * k) = powers[k] * w;
+    }
+    if (solved.board) {
+      const ViewArrays flat(solved.views[v]);
+      const BoardShapes shapes = solved.board->shapes(flat.view().points);
+      add_shapes(shapes.view(), solved.camera_from_target[v], seen->by_pose, all);
+    }
+    all.rightCols<1>() =
+        seen->residuals - size_.height / 2.0 * (all.leftCols<6>() * solved.row_prior(v).start);
+    MatrixXd gram = all.transpose() * all;
+    const MatrixXd by_pose = seen->by_pose.transpose() * all;
+    const Matrix6 information = seen->by_pose.transpose() * seen->by_pose;
+    const Eigen::LDLT<Matrix6> pose(information);
+    gram.noalias() -= by_pose.transpose() * pose.solve(by_pose);
+    square_ += gram(kNumEffects + kNumCommon, kNumEffects + kNumCommon);
+    grams_.push_back(std::move(gram));
+    freedom_ += static_cast<double>(n - 6) - (grams_.size() == 1 ? kNumCommon : 0);
+  }
+
+  ImageSize size_;
+  std::vector<MatrixXd> grams_;
+  double freedom_ = 0, square_ = 0;
+};
+
+// As many views as show it, evenly: more are only work.
+Bundle some_views_of(const Bundle& solved) {
+  constexpr std::size_t kEnoughViews = 60;  // a limit of work
+  Bundle some = solved.without_views();
+  const std::size_t stride = 1 + (solved.views.size() - 1) / kEnoughViews;
+  for (std::size_t v = 0; v < solved.views.size(); v += stride) {
+    some.views.push_back(solved.views[v]);
+    some.camera_from_target.push_back(solved.camera_from_target[v]);
+  }
+  return some;
+}
+
+}  // namespace
+
+double rolling_sigma_of(const Bundle& solved, int max_iterations, std::size_t num_threads) {
+  if (std::ssize(solved.views) < policy::kFewestTellingViews) return 0;
+  Bundle rolling = some_views_of(solved);
+  const EffectLikelihood still(rolling);
+  if (still.is_empty()) return 0;
+  const Effects of_rows = still.best_of(0);
+  const Effects none = still.at(0, 0);
+  if (!(of_rows.log > none.log + policy::kRollingGain)) return 0;
+  // A model that is much too small: what its lens leaves is no field of the pixel alone.
+  if (still.square() - none.square > none.square - of_rows.square) return 0;
+  // The lens and the poses that belong to the velocities: a still camera's are off by what moved.
+  rolling.is_rolling = true;
+  Effects best = of_rows;
+  double gain = 0;
+  for (int round = 0; round < kRounds; ++round) {
+    rolling.row_sigma = best.row_sigma;
+    rolling.sigma = best.noise;
+    solve(rolling, max_iterations, num_threads);
+    const EffectLikelihood moving(rolling);
+    if (moving.is_empty()) return 0;
+    const Effects rows_only = moving.best_of(0), rows_more = moving.best_of(kHalf);
+    best = rows_only.log > rows_more.log ? rows_only : rows_more;
+    gain = best.log - moving.best_of(1).log;
+  }
+  return gain > policy::kRollingGain ? best.row_sigma : 0;
+}
+
+std::vector<double> row_motions_px(const Bundle& solved) {
+  const Lens lens = solved.lens();
+  std::vector<double> result;
+  Bundle still = solved;
+  still.row_terms.assign(solved.views.size(), Vector6d::Zero());
+  ViewProblem buffer;
+  for (std::size_t v = 0; v < solved.views.size(); ++v) {
+    const Pose& pose = solved.camera_from_target[v];
+    const auto moved = residuals_px(solved.corrected(v, buffer).correspondences, lens, pose);
+    const auto middle = residuals_px(still.corrected(v, buffer).correspondences, lens, pose);
+    double largest = 0;
+    for (std::size_t i = 0; i < moved.size(); ++i)
+      largest = std::max(largest, (moved[i] - middle[i]).norm());
+    result.push_back(largest);
+  }
+  return result;
+}
+
+}  // namespace tagcal::internal

@@ -1,0 +1,115 @@
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <string>
+
+#include "rolling_worlds.hpp"
+#include "tagcal/estimate/calibrate.hpp"
+#include "tagcal/io/dataset_file.hpp"
+
+namespace tagcal {
+namespace {
+
+CalibrateOptions with_opencv5() {
+  CalibrateOptions options;
+  options.model = "opencv5";
+  return options;
+}
+
+Dataset still_world(std::uint64_t seed) {
+  WorldOptions options;
+  options.num_views = 12;
+  options.sigma_px = 0;
+  return make_world(opencv5_lens(), seed, options);
+}
+
+// Each view with its own velocity, of 0.3 rad/s and m/s along each axis, read in 20 ms: a corner
+// moves by 5 px.
+Dataset shaken_world(std::uint64_t seed, ReadDirection direction = ReadDirection::down) {
+  const Dataset still = still_world(seed);
+  Random random(seed, 7);
+  return rolling_world(still, random_velocities(still.views.size(), 0.3, 0.3, random), 0.02,
+                       direction);
+}
+
+bool has(const Calibration& c, const std::string& code) {
+  return std::ranges::count(c.findings, code, &Finding::code) > 0;
+}
+
+double focal_error_px(const Calibration& c) {
+  const Lens truth = opencv5_lens();
+  return std::abs(parameters(c.camera->lens)[0] - parameters(truth)[0]);
+}
+
+// The focal length's squared error over its claimed variance, whose mean is 1: chi-square over 30
+// worlds is within 13.8 and 53.7 in 99 %.
+TEST(RollingShutter, TheClaimCoversTheErrorUnderMotion) {
+  constexpr int kCount = 30;
+  double sum = 0;
+  for (std::uint64_t seed = 1; seed <= kCount; ++seed) {
+    const Calibration c = calibrate(with_noise(shaken_world(seed), 0.2, seed), with_opencv5());
+    ASSERT_EQ(c.status, Status::ok);
+    EXPECT_TRUE(has(c, "rolling_shutter")) << seed;
+    EXPECT_FALSE(has(c, "rows_displaced")) << seed;
+    sum += std::pow(focal_error_px(c) / c.sigmas[0], 2);
+  }
+  EXPECT_GT(sum / kCount, 0.46);
+  EXPECT_LT(sum / kCount, 1.79);
+}
+
+TEST(RollingShutter, AGlobalShutterIsNone) {
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    const Dataset still = still_world(seed);
+    EXPECT_FALSE(has(calibrate(still, with_opencv5()), "rolling_shutter")) << seed;
+    EXPECT_FALSE(has(calibrate(with_noise(still, 0.2, seed), with_opencv5()), "rolling_shutter"))
+        << seed;
+  }
+}
+
+// A lens that the model does not have leaves the same field in all views.
+TEST(RollingShutter, AnErrorOfTheLensIsNone) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    Dataset world = with_noise(still_world(seed), 0.1, seed);
+    for (View& view : world.views)
+      for (Observation& o : view.observations)
+        o.pixel += 0.5 * Eigen::Vector2d(std::sin(o.pixel.y() / 150), std::cos(o.pixel.x() / 150));
+    EXPECT_FALSE(has(calibrate(world, with_opencv5()), "rolling_shutter")) << seed;
+  }
+}
+
+// A sensor's skew is in all views.
+TEST(RollingShutter, ASkewOfTheSensorIsNone) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    Dataset world = with_noise(still_world(seed), 0.1, seed);
+    for (View& view : world.views)
+      for (Observation& o : view.observations) o.pixel.x() += 0.003 * (o.pixel.y() - 400);
+    EXPECT_FALSE(has(calibrate(world, with_opencv5()), "rolling_shutter")) << seed;
+  }
+}
+
+// Each view has its own smooth field, which follows neither rows nor columns.
+TEST(RollingShutter, AFieldOfEachViewIsNone) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const Dataset world = with_noise(with_fields(still_world(seed), 0.5, seed), 0.1, seed);
+    EXPECT_FALSE(has(calibrate(world, with_opencv5()), "rolling_shutter")) << seed;
+  }
+}
+
+// Columns that are read one after another are displaced by the column, not by the row.
+TEST(RollingShutter, ColumnsAreNoRows) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    const Dataset world = with_noise(shaken_world(seed, ReadDirection::right), 0.2, seed);
+    EXPECT_FALSE(has(calibrate(world, with_opencv5()), "rolling_shutter")) << seed;
+  }
+}
+
+// Cameras of global shutters, or on a tripod.
+TEST(RollingShutter, RealSetsOfStillCamerasHaveNone) {
+  const std::filesystem::path sets =
+      std::filesystem::path(TAGCAL_SOURCE_DIR) / "tests/data/real_corners";
+  for (const char* set : {"bouguet_left", "bouguet_right", "euroc_cam0", "opencv_left"})
+    EXPECT_FALSE(has(calibrate(read_dataset(sets / set).dataset, {}), "rolling_shutter")) << set;
+}
+
+}  // namespace
+}  // namespace tagcal

@@ -1,0 +1,152 @@
+#pragma once
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "tagcal/camera/kernels/projection_rows.hpp"
+#include "tagcal/scene/moving_scene.hpp"
+#include "worlds.hpp"
+
+// Random worlds that a rolling shutter sees.
+
+namespace tagcal {
+
+inline std::vector<CameraVelocity> random_velocities(std::size_t count, double turn_rad_s,
+                                                     double move_m_s, Random& random) {
+  std::vector<CameraVelocity> velocities(count);
+  for (CameraVelocity& v : velocities) {
+    for (double& turn : v.turn_rad_s) turn = turn_rad_s * random.normal();
+    for (double& move : v.move_m_s) move = move_m_s * random.normal();
+  }
+  return velocities;
+}
+
+// The exact corners of a world's boards from its true poses, each of which is that of a picture's
+// middle, while the camera moves with the velocity of the view.
+inline Dataset rolling_world(const Dataset& world, const std::vector<CameraVelocity>& velocities,
+                             double readout_s, ReadDirection direction = ReadDirection::down) {
+  MovingScene scene;
+  scene.settings.camera = world.truth->camera;
+  scene.settings.num_views = static_cast<int>(world.views.size());
+  scene.settings.sensor.shutter.readout_s = readout_s;
+  scene.settings.sensor.shutter.direction = direction;
+  for (const PlacedBoard& board : world.boards) scene.boards.push_back({kWorldFrame, board});
+  scene.velocity = [&](double t) {
+    return velocities[static_cast<std::size_t>(
+        std::lround(t * static_cast<double>(velocities.size() - 1)))];
+  };
+  std::vector<Pose> poses;
+  for (const View& view : world.views)
+    poses.push_back(world.truth->camera_from_world.at(view.image));
+  return exact_dataset(scene, poses, nullptr);
+}
+
+inline Dataset with_noise(Dataset dataset, double sigma_px, std::uint64_t seed) {
+  for (std::size_t v = 0; v < dataset.views.size(); ++v) {
+    Random random(seed, v);
+    for (Observation& o : dataset.views[v].observations)
+      o.pixel += sigma_px * Eigen::Vector2d(random.normal(), random.normal());
+  }
+  return dataset;
+}
+
+// Each view displaces its pixels by its own smooth field, which has no preferred direction: an
+// affine one and a bow, of `size_px` along each axis at the border of the image.
+inline Dataset with_fields(Dataset dataset, double size_px, std::uint64_t seed) {
+  const Eigen::Vector2d centre = image_centre(dataset.image_size);
+  for (std::size_t v = 0; v < dataset.views.size(); ++v) {
+    Random random(seed, v);
+    Eigen::Matrix<double, 2, 5> field;
+    for (double& coefficient : field.reshaped()) coefficient = size_px * random.normal();
+    for (Observation& o : dataset.views[v].observations) {
+      const Eigen::Vector2d x = (o.pixel - centre) / centre.x();
+      o.pixel += field * (Eigen::Matrix<double, 5, 1>() << x.x(), x.y(), x.x() * x.x(),
+                          x.x() * x.y(), x.y() * x.y())
+                             .finished();
+    }
+  }
+  return dataset;
+}
+
+// What velocities of a camera show in a world of a global shutter.
+class MotionEffect {
+ public:
+  // Velocities whose standard deviations are `unit`: rad, and m, along each axis during the
+  // readout.
+  MotionEffect(const Dataset& still, const Vector6d& unit) {
+    const auto points = points_in_world(still.boards);
+    const Eigen::Vector2d centre = image_centre(still.image_size);
+    for (const View& view : still.views) {
+      const Pose& pose = still.truth->camera_from_world.at(view.image);
+      std::vector<Eigen::Vector3d> seen;
+      for (const Observation& o : view.observations) seen.push_back(points.at(o.id));
+      const auto rows = internal::projection_rows(still.truth->camera.lens, pose, seen, {});
+      const Eigen::MatrixXd by_pose = rows->by_pose;
+      const Eigen::MatrixXd by_motion = by_pose * unit.asDiagonal();
+      squares_ += by_motion.squaredNorm();
+      count_ += static_cast<double>(seen.size());
+      Eigen::MatrixXd effects(by_pose.rows(), 12);  // by row and by column
+      for (Eigen::Index i = 0; i < by_pose.rows(); ++i) {
+        const auto& pixel = view.observations[static_cast<std::size_t>(i / 2)].pixel;
+        const Eigen::Vector2d x = (pixel - centre) / still.image_size.height;
+        effects.row(i) << x.y() * by_motion.row(i), x.x() * by_motion.row(i);
+      }
+      const Eigen::MatrixXd cross = by_pose.transpose() * effects;
+      const Eigen::MatrixXd information =
+          effects.transpose() * effects -
+          cross.transpose() * (by_pose.transpose() * by_pose).ldlt().solve(cross);
+      roots_.push_back(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(information).operatorSqrt());
+    }
+  }
+
+  // The motion of a corner in the image during the readout, root mean square.
+  double motion_px() const { return std::sqrt(squares_ / count_); }
+
+  // The expected logarithm of the likelihood ratio of velocities of `scale` times the unit against
+  // effects by row and by column of one size, the most likely one: the divergence of Kullback and
+  // Leibler for a known lens, free poses and known noise.
+  double expected_log_ratio(double scale, double sigma_px) const {
+    double least = std::numeric_limits<double>::infinity();
+    for (double share = 1; share > 0.3; share *= 0.9)
+      least = std::min(least, divergence(scale / sigma_px, share * scale / sigma_px));
+    return least;
+  }
+
+  // The scale at which that logarithm is z^2 / 2, as for a normal variable that is off by z
+  // standard deviations.
+  double scale_at(double z, double sigma_px) const {
+    double low = 1e-3, high = 1e3;
+    for (int i = 0; i < 20; ++i) {
+      const double middle = std::sqrt(low * high);
+      (expected_log_ratio(middle, sigma_px) < z * z / 2 ? low : high) = middle;
+    }
+    return low;
+  }
+
+ private:
+  double divergence(double by_row, double by_both) const {
+    double sum = 0;
+    for (const Eigen::MatrixXd& root : roots_) {
+      const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(12, 12);
+      const Eigen::MatrixXd of_rows = root.leftCols(6);
+      const Eigen::MatrixXd true_one = identity + by_row * by_row * of_rows * of_rows.transpose();
+      const Eigen::MatrixXd other = identity + by_both * by_both * root * root.transpose();
+      const Eigen::LLT<Eigen::MatrixXd> llt(other);
+      const auto log_volume = [](const Eigen::LLT<Eigen::MatrixXd>& l) {
+        return 2 * l.matrixLLT().diagonal().array().log().sum();
+      };
+      sum += (llt.solve(true_one).trace() - 12 + log_volume(llt) -
+              log_volume(Eigen::LLT<Eigen::MatrixXd>(true_one))) /
+             2;
+    }
+    return sum;
+  }
+
+  double squares_ = 0, count_ = 0;
+  std::vector<Eigen::MatrixXd> roots_;
+};
+
+}  // namespace tagcal
