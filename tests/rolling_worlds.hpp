@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tagcal/camera/kernels/projection_rows.hpp"
+#include "tagcal/estimate/bundle/bundle_adjustment.hpp"
 #include "tagcal/scene/moving_scene.hpp"
 #include "worlds.hpp"
 
@@ -85,7 +86,8 @@ class MotionEffect {
       for (const Observation& o : view.observations) seen.push_back(points.at(o.id));
       const auto rows = internal::projection_rows(still.truth->camera.lens, pose, seen, {});
       const Eigen::MatrixXd by_pose = rows->by_pose;
-      const Eigen::MatrixXd by_motion = by_pose * unit.asDiagonal();
+      const Eigen::MatrixXd by_motion =
+          by_pose * internal::step_from_twist(pose) * unit.asDiagonal();
       squares_ += by_motion.squaredNorm();
       count_ += static_cast<double>(seen.size());
       Eigen::MatrixXd effects(by_pose.rows(), 12);  // by row and by column
@@ -98,7 +100,11 @@ class MotionEffect {
       const Eigen::MatrixXd information =
           effects.transpose() * effects -
           cross.transpose() * (by_pose.transpose() * by_pose).ldlt().solve(cross);
-      roots_.push_back(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(information).operatorSqrt());
+      const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(information);
+      // Rounding leaves values below 0.
+      roots_.push_back(eigen.eigenvectors() *
+                       eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal() *
+                       eigen.eigenvectors().transpose());
     }
   }
 

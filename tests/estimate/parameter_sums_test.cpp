@@ -185,11 +185,11 @@ TEST(ParameterSums, RowTermsAreCorrelatedNoise) {
   }
 }
 
-// Velocities of the rows are, too: those by the pose times the row, in units, about their start.
+// Velocities of the rows are, too: those by the pose times the row, about their start.
 TEST(ParameterSums, VelocitiesOfTheRowsAreCorrelatedNoise) {
   Random random(7);
-  ViewRowTerms rows{400, 0.003, Vector6d::Constant(0.002), {}};
-  rows.velocity_unit->tail<3>().setConstant(0.001);
+  ViewRowTerms rows{400, 0.003, Matrix6::Zero(), {}};
+  for (double& velocity : rows.velocities->reshaped()) velocity = 0.001 * random.normal();
   for (double& start : rows.start) start = 0.002 * random.normal();
   for (const std::size_t n : {9, 30}) {
     const Lens lens = random_lens<Perspective>(random);
@@ -206,8 +206,8 @@ TEST(ParameterSums, VelocitiesOfTheRowsAreCorrelatedNoise) {
       const auto at = static_cast<Eigen::Index>(2 * i);
       all.middleRows(at, 2) << batch.pose_rows(i), batch.parameter_rows(i),
           batch.pixels[i] - seen.pixels[i];
-      by_rows.middleRows(at, 2) = (seen.pixels[i].y() - rows.middle_row) * batch.pose_rows(i) *
-                                  rows.velocity_unit->asDiagonal();
+      by_rows.middleRows(at, 2) =
+          (seen.pixels[i].y() - rows.middle_row) * batch.pose_rows(i) * *rows.velocities;
     }
     // The residuals are those at the start; the prior is about zero.
     MatrixXd about_zero = all;
@@ -218,8 +218,7 @@ TEST(ParameterSums, VelocitiesOfTheRowsAreCorrelatedNoise) {
     EXPECT_LT(difference(MatrixXd(gram.selfadjointView<Eigen::Upper>()), expected), 1e-9);
     const Vector6d best =
         -rows.sigma * rows.sigma * by_rows.transpose() * covariance.ldlt().solve(about_zero.col(k));
-    EXPECT_LT((sums.row_terms().cwiseQuotient(*rows.velocity_unit) - best).norm(),
-              1e-9 * (1 + best.norm()));
+    EXPECT_LT((sums.row_terms() - best).norm(), 1e-9 * (1 + best.norm()));
   }
 }
 

@@ -6,24 +6,34 @@
 
 namespace tagcal::internal {
 
-Vector6d Bundle::velocity_unit(std::size_t view) const {
-  const Pose& pose = camera_from_target[view];
-  double sum = 0;
-  for (const Correspondence& c : views[view].correspondences) sum += (pose * c.point).norm();
+Vector6d moved_twist(const Pose& target_from_source, const Vector6d& twist) {
+  Vector6d moved;
+  moved.head<3>() = target_from_source.rotation() * twist.head<3>();
+  moved.tail<3>() = target_from_source.rotation() * twist.tail<3>() +
+                    target_from_source.translation().cross(moved.head<3>());
+  return moved;
+}
+
+Matrix6 step_from_twist(const Pose& pose) {
+  Matrix6 step = Matrix6::Identity();
+  step.bottomLeftCorner<3, 3>() = -cross_matrix(pose.translation());
+  return step;
+}
+
+Vector6d Bundle::twist_unit() const {
   const double focal_px = policy::kPriorFocal * image_size.width;
-  const double distance = sum / static_cast<double>(views[view].correspondences.size());
   Vector6d unit;
-  unit << Eigen::Vector3d::Constant(1 / focal_px), Eigen::Vector3d::Constant(distance / focal_px);
+  unit << Eigen::Vector3d::Constant(1 / focal_px), Eigen::Vector3d::Constant(rolling_m / focal_px);
   return unit;
 }
 
 ViewRowTerms Bundle::row_prior(std::size_t view) const {
   ViewRowTerms rows{middle_row(), row_sigma > 0 ? row_sigma / sigma : 0};
-  if (!is_rolling) return rows;
-  rows.velocity_unit = velocity_unit(view);
+  if (!is_rolling()) return rows;
+  const Pose& pose = camera_from_target[view];
+  rows.velocities = step_from_twist(pose) * twist_unit().asDiagonal();
   if (!row_terms.empty())
-    rows.start =
-        turned(camera_from_target[view], row_terms[view]).cwiseQuotient(*rows.velocity_unit);
+    rows.start = moved_twist(pose, row_terms[view]).cwiseQuotient(twist_unit());
   return rows;
 }
 
@@ -34,10 +44,10 @@ const ViewProblem& Bundle::corrected(const ViewProblem& observed, const Vector6d
   ViewArrays arrays(observed);
   if (board) arrays.displace(board->shapes(arrays.points()).view(), shape);
   std::vector<Correspondence>& corners = buffer.correspondences.own();
-  if (is_rolling) arrays.move_rows(rows, middle_row());
+  if (is_rolling()) arrays.move_rows(rows, middle_row());
   for (std::size_t i = 0; i < corners.size(); ++i) {
     corners[i].point = arrays.points()[i];
-    if (!is_rolling) corners[i].pixel -= (corners[i].pixel.y() - middle_row()) * rows.head<2>();
+    if (!is_rolling()) corners[i].pixel -= (corners[i].pixel.y() - middle_row()) * rows.head<2>();
   }
   return buffer;
 }
@@ -49,7 +59,7 @@ const ViewProblem& Bundle::corrected(std::size_t view, ViewProblem& buffer) cons
 
 Bundle Bundle::without_views() const {
   return {model, image_size, free_values, {}, {},    board,
-          shape, row_sigma,  is_rolling,  {}, sigma, known_lens};
+          shape, row_sigma,  rolling_m,   {}, sigma, known_lens};
 }
 
 PriorRows prior_of_lens(const Bundle& bundle) {

@@ -200,8 +200,9 @@ void set_row_terms(Bundle& bundle, BundleSummary& summary, std::size_t num_threa
       const Pose& pose = bundle.camera_from_target[v];
       if (!equations.sums.at(*lens, pose, gram)) return;
       terms[v] = equations.sums.row_terms();
-      squares[v] = terms[v].cwiseQuotient(prior.unit()).squaredNorm() / (prior.sigma * prior.sigma);
-      if (bundle.is_rolling) terms[v] = turned(pose.inverse(), terms[v]);
+      squares[v] = terms[v].squaredNorm() / (prior.sigma * prior.sigma);
+      if (bundle.is_rolling())
+        terms[v] = moved_twist(pose.inverse(), terms[v].cwiseProduct(bundle.twist_unit()));
       Eigen::MatrixXd volume =
           prior.sigma * prior.sigma * equations.sums.row_equations().information;
       volume.diagonal().array() += 1;

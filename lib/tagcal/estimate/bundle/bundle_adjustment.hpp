@@ -41,9 +41,9 @@ struct Bundle {
   std::vector<Pose> camera_from_target;  // per view
   std::optional<FlatBoard> board;        // whose shapes are parameters, after those of the model
   BoardShape shape = BoardShape::Zero();
-  double row_sigma = 0;     // px a row, of the row terms (ViewRowTerms); 0: none
-  bool is_rolling = false;  // the row terms are velocities
-  // Per view; zero without any. Velocities are those of the board, in the target frame, in rad and
+  double row_sigma = 0;  // px a row, of the row terms (ViewRowTerms); 0: none
+  double rolling_m = 0;  // the corners' distance, if the row terms are velocities; else 0
+  // Per view; zero without any. Velocities are those of the board, a twist in its frame, in rad and
   // m a row; they are parameters of the solution, and start from what stands here.
   std::vector<Vector6d> row_terms;
   double sigma = 1;  // noise per (whitened) coordinate, against which the priors are weighed
@@ -54,9 +54,10 @@ struct Bundle {
   int num_parameters() const { return model->num_free() + num_shapes(); }  // of lens and board
   int num_shapes() const { return board ? static_cast<int>(BoardShape::SizeAtCompileTime) : 0; }
   double middle_row() const { return image_centre(image_size).y(); }
-  // The velocity (omega, tau) of `retract`, along each axis, that displaces a usual lens' pixels by
-  // one, at the distance of the view's corners.
-  Vector6d velocity_unit(std::size_t view) const;
+  bool is_rolling() const { return rolling_m > 0; }
+  // The turn (rad) and the move (m) of a camera that displace the pixels of a usual lens by one, at
+  // the distance of the corners: twists along each axis of the camera are normal in these units.
+  Vector6d twist_unit() const;
   // The poses are those that the solver starts from.
   ViewRowTerms row_prior(std::size_t view) const;
 
@@ -69,13 +70,10 @@ struct Bundle {
   Bundle without_views() const;
 };
 
-// A velocity (omega, tau) of `retract` in the target frame, from one in the source frame.
-inline Vector6d turned(const Pose& target_from_source, const Vector6d& velocity) {
-  Vector6d result;
-  result << target_from_source.rotation() * velocity.head<3>(),
-      target_from_source.rotation() * velocity.tail<3>();
-  return result;
-}
+// A twist (omega, v) gives a point x the velocity cross(omega, x) + v: that of the source frame in
+// the target frame (the adjoint of the pose), and the step of `retract` by one in the target frame.
+Vector6d moved_twist(const Pose& target_from_source, const Vector6d& twist);
+Matrix6 step_from_twist(const Pose& pose);
 
 // A view of a bundle as the kernels take it, at the bundle's state; both must outlive it.
 struct ViewEquations {
@@ -92,7 +90,7 @@ struct ViewEquations {
  private:
   void displace(const Bundle& bundle, std::size_t view) {
     arrays.displace(shapes.view(), bundle.shape);
-    if (bundle.is_rolling && !bundle.row_terms.empty())
+    if (bundle.is_rolling() && !bundle.row_terms.empty())
       arrays.move_rows(bundle.row_terms[view], bundle.middle_row());
   }
 };

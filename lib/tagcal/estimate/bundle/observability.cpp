@@ -131,7 +131,7 @@ double median_distance_m(const Bundle& bundle) {
 }
 
 int degrees_of_freedom(const Bundle& bundle) {
-  const int of_view = bundle.is_rolling ? 12 : 6;  // pose and velocity
+  const int of_view = bundle.is_rolling() ? 12 : 6;  // pose and velocity
   return 2 * num_corners(bundle) - bundle.model->num_free() -
          of_view * static_cast<int>(bundle.views.size());
 }

@@ -7,6 +7,7 @@
 #include <optional>
 #include <tuple>
 
+#include "tagcal/estimate/bundle/observability.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/policy/shutter_policy.hpp"
 
@@ -124,13 +125,13 @@ class EffectLikelihood {
     // Where corners are projected: the noise of observed ones would explain itself.
     const auto error_px = residuals_px(view.correspondences, lens, solved.camera_from_target[v]);
     const Vector2d centre = image_centre(size_);
-    const Vector6d unit = solved.velocity_unit(v);
+    const ViewRowTerms twists = solved.row_prior(v);
     const Index n = seen->residuals.size();
     MatrixXd all = MatrixXd::Zero(n, kNumEffects + kNumCommon + 1);
     for (std::size_t i = 0; i < view.correspondences.size(); ++i) {
       const auto at = static_cast<Index>(2 * i);
       const Vector2d x = view.correspondences[i].pixel + error_px[i] - centre;
-      const auto by_pose = (seen->by_pose.middleRows<2>(at) * unit.asDiagonal()).eval();
+      const auto by_pose = (seen->by_pose.middleRows<2>(at) * *twists.velocities).eval();
       const Eigen::Matrix2d w =
           view.whitening.empty() ? Eigen::Matrix2d::Identity() : Eigen::Matrix2d(view.whitening[i]);
       all.block<2, 6>(at, 0) = 2 * x.y() / size_.height * by_pose;
@@ -144,8 +145,7 @@ class EffectLikelihood {
       const BoardShapes shapes = solved.board->shapes(flat.view().points);
       add_shapes(shapes.view(), solved.camera_from_target[v], seen->by_pose, all);
     }
-    all.rightCols<1>() =
-        seen->residuals - size_.height / 2.0 * (all.leftCols<6>() * solved.row_prior(v).start);
+    all.rightCols<1>() = seen->residuals - size_.height / 2.0 * (all.leftCols<6>() * twists.start);
     MatrixXd gram = all.transpose() * all;
     const MatrixXd by_pose = seen->by_pose.transpose() * all;
     const Matrix6 information = seen->by_pose.transpose() * seen->by_pose;
@@ -178,6 +178,7 @@ Bundle some_views_of(const Bundle& solved) {
 double rolling_sigma_of(const Bundle& solved, int max_iterations, std::size_t num_threads) {
   if (std::ssize(solved.views) < policy::kFewestTellingViews) return 0;
   Bundle rolling = some_views_of(solved);
+  rolling.rolling_m = median_distance_m(rolling);
   const EffectLikelihood still(rolling);
   if (still.is_empty()) return 0;
   const Effects of_rows = still.best_of(0);
@@ -186,7 +187,6 @@ double rolling_sigma_of(const Bundle& solved, int max_iterations, std::size_t nu
   // A model that is much too small: what its lens leaves is no field of the pixel alone.
   if (still.square() - none.square > none.square - of_rows.square) return 0;
   // The lens and the poses that belong to the velocities: a still camera's are off by what moved.
-  rolling.is_rolling = true;
   Effects best = of_rows;
   double gain = 0;
   for (int round = 0; round < kRounds; ++round) {

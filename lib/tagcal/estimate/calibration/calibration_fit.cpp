@@ -166,12 +166,12 @@ void add_row_terms(BundleState& state, const CalibrationInput& input,
                    const CalibrateOptions& options) {
   const double of_velocities =
       rolling_sigma_of(state.bundle, options.max_iterations, options.num_threads);
-  state.bundle.is_rolling = of_velocities > 0;
+  if (of_velocities > 0) state.bundle.rolling_m = median_distance_m(state.bundle);
   for (int round = 0; round < kRowRounds && !state.bundle.views.empty(); ++round) {
     // Lens and poses take up a part of what the rows show, so the next solution may show more.
     const double row_sigma = row_sigma_of(state.bundle, state.bundle.sigma);
-    if (!state.bundle.is_rolling && row_sigma <= state.bundle.row_sigma) break;
-    state.bundle.row_sigma = state.bundle.is_rolling ? of_velocities : row_sigma;
+    if (!state.bundle.is_rolling() && row_sigma <= state.bundle.row_sigma) break;
+    state.bundle.row_sigma = state.bundle.is_rolling() ? of_velocities : row_sigma;
     solve_robustly(state, input, options);
   }
 }

@@ -256,7 +256,7 @@ Result few_views(const Solved& s) {
 // Rows of the pictures are displaced against one another.
 Result rows_displaced(const Solved& s) {
   const Bundle& bundle = s.solution.fit->bundle;
-  if (bundle.is_rolling || !(bundle.row_sigma > 0) ||
+  if (bundle.is_rolling() || !(bundle.row_sigma > 0) ||
       std::ssize(bundle.views) < policy::kFewestTellingViews)
     return std::nullopt;
   double square = 0;
@@ -274,7 +274,7 @@ Result rows_displaced(const Solved& s) {
 // The camera moved while a rolling shutter read the rows.
 Result rolling_shutter(const Solved& s) {
   const Bundle& bundle = s.solution.fit->bundle;
-  if (!bundle.is_rolling || !(bundle.row_sigma > 0)) return std::nullopt;
+  if (!bundle.is_rolling() || !(bundle.row_sigma > 0)) return std::nullopt;
   const std::vector<double> moved_px = row_motions_px(bundle);
   const auto count =
       std::ranges::count_if(moved_px, [](double px) { return px > policy::kGoodCornerPx; });

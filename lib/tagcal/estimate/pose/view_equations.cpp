@@ -129,11 +129,14 @@ bool ParameterSums::at(const Lens& lens, const Pose& camera_from_target, MatrixX
     gram = all_;
     return true;
   }
-  // In units of the terms, with their prior.
+  // By the terms, with their prior.
   const Index m = job_.row_terms, at = n - 1 - m;
-  if (row_terms_.velocity_unit) {
-    all_.middleCols(at, m) *= row_terms_.velocity_unit->asDiagonal();
-    all_.middleRows(at, m) = row_terms_.velocity_unit->asDiagonal() * all_.middleRows(at, m);
+  if (row_terms_.velocities) {
+    const Matrix6 products = all_.block<6, 6>(at, at).selfadjointView<Eigen::Upper>();
+    all_.block(0, at, at, 6) *= *row_terms_.velocities;
+    all_.block<6, 6>(at, at) =
+        row_terms_.velocities->transpose() * products * *row_terms_.velocities;
+    all_.block<6, 1>(at, n - 1) = row_terms_.velocities->transpose() * all_.block<6, 1>(at, n - 1);
   }
   const double weight = 1 / (row_terms_.sigma * row_terms_.sigma);
   const VectorXd start = row_terms_.start.head(m);
@@ -162,7 +165,7 @@ Vector6d ParameterSums::row_terms() const {
   if (m > 0)
     terms.head(m) -=
         Eigen::LLT<MatrixXd>(row_information()).solve(all_.block(last - m, last, m, 1));
-  return terms.cwiseProduct(row_terms_.unit());
+  return terms;
 }
 
 ParameterSums::RowEquations ParameterSums::row_equations() const {

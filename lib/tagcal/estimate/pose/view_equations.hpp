@@ -110,20 +110,19 @@ struct ViewShapes {
   Eigen::Vector3d across = Eigen::Vector3d::Zero();
 };
 
-// Row terms of a view, in proportion to y - middle_row for a pixel of row y. Without
-// `velocity_unit` they are (a, b), by which the pixel is displaced: what acts like a rolling
-// shutter. With it they are the velocity (omega, tau) of `retract` a row, of a camera that moves
-// while a rolling shutter reads its rows; the points are displaced by the start of that velocity
-// already. They have a normal prior about zero, of standard deviation `sigma` in units of the
-// (whitened) residuals, and of the unit.
+// Row terms of a view, in proportion to y - middle_row for a pixel of row y. Without `velocities`
+// they are (a, b), by which the pixel is displaced: what acts like a rolling shutter. With it they
+// are the coefficients of six velocities a row, its columns (omega, tau) of `retract`, of a camera
+// that moves while a rolling shutter reads its rows; the points are displaced by the start of that
+// motion already. They have a normal prior about zero, of standard deviation `sigma` in units of
+// the (whitened) residuals.
 struct ViewRowTerms {
   double middle_row = 0;
   double sigma = 0;  // 0: none
-  std::optional<Vector6d> velocity_unit = {};
+  std::optional<Matrix6> velocities = {};
   Vector6d start = Vector6d::Zero();
 
-  int count() const { return sigma > 0 ? velocity_unit ? 6 : 2 : 0; }
-  Vector6d unit() const { return velocity_unit.value_or(Vector6d::Ones()); }
+  int count() const { return sigma > 0 ? velocities ? 6 : 2 : 0; }
 };
 
 // Sums the normal equations of a view by its pose, the free parameters of a model, the shapes of
@@ -140,10 +139,11 @@ class ParameterSums {
   // is outside the lens' domain.
   bool at(const Lens& lens, const Pose& camera_from_target, Eigen::MatrixXd& gram);
 
-  // The row terms that are best at the last state, (a, b, 0 ..) or the velocity; zero without any.
+  // The row terms that are best at the last state, (a, b, 0 ..) or six coefficients; zero without
+  // any.
   Vector6d row_terms() const;
 
-  // Information of the row terms, in their unit, and their gradient (of half the cost) for none, at
+  // Information of the row terms and their gradient (of half the cost) for none, at
   // the last state, with a free pose and all else held; without their prior.
   struct RowEquations {
     Eigen::MatrixXd information;
