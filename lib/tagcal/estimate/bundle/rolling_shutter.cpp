@@ -23,22 +23,27 @@ constexpr int kDegree = 7;  // of the polynomial of the pixel that views share
 constexpr Index kNumTerms = (kDegree + 1) * (kDegree + 2) / 2;
 constexpr Index kNumEffects = 12;  // of a view: velocities by row and by column
 constexpr Index kNumCommon = 2 * kNumTerms + kNumShapes;  // of all views: field and board
-constexpr double kLeastSize = 0.02, kMostSize = 2e5;      // numeric: a range of effects over noise
-constexpr double kSizeStep = 1.1;                         // numeric: of their likelihood's maximum
-constexpr double kHalf = 0.5;  // numeric: effects by column between none and those by row
-constexpr int kRounds = 3;     // of solutions with velocities: to second order
+constexpr double kLeastSize = 0.02;                       // numeric: not distinct from none
+constexpr double kFirstStep = 4, kLastStep = 1.5;  // numeric: of the search for the best size
+constexpr double kHalf = 0.5;       // numeric: effects by column between none and those by row
+constexpr int kRounds = 3;          // of solutions with velocities: to second order
+constexpr double kSameSize = 0.01;  // numeric: a hundredth changes no claim
 
 // The terms of a polynomial of two variables.
-VectorXd powers_of(const Vector2d& x) {
-  VectorXd terms(kNumTerms);
+Eigen::Vector<double, kNumTerms> powers_of(const Vector2d& x) {
+  Eigen::Vector<double, kNumTerms> terms;
   Index k = 0;
-  for (int i = 0; i <= kDegree; ++i)
-    for (int j = 0; i + j <= kDegree; ++j) terms[k++] = std::pow(x.x(), i) * std::pow(x.y(), j);
+  double power = 1;
+  for (int i = 0; i <= kDegree; ++i, power *= x.x()) {
+    double term = power;
+    for (int j = 0; i + j <= kDegree; ++j, term *= x.y()) terms[k++] = term;
+  }
   return terms;
 }
 
 struct Effects {
   double log = -std::numeric_limits<double>::infinity();  // of the likelihood
+  double size = 0;                                        // of those by row
   double row_sigma = 0;                                   // of the velocities by row, px a row
   double noise = 0;                                       // of a (whitened) coordinate
   double square = 0;  // of the residuals that neither effects nor the common field explain
@@ -68,28 +73,33 @@ class EffectLikelihood {
   bool is_empty() const { return !(freedom_ > 0); }
   double square() const { return square_; }  // of all residuals
 
-  // The highest likelihood of effects by row, and by column of this share of their size.
-  Effects best_of(double share) const {
-    Effects best;
-    double best_size = 0;
-    const auto test = [&](double size) {
-      const Effects effects = at(size, share * size);
-      if (effects.log > best.log) std::tie(best, best_size) = std::pair(effects, size);
-    };
-    for (double size = kLeastSize; size < kMostSize; size *= 4) test(size);
-    for (double step = 2; step > kSizeStep; step = std::sqrt(step)) {
-      const double size = best_size;
-      test(size * step);
-      test(size / step);
+  // The highest likelihood of effects by row, and by column of this share of their size: uphill
+  // from a size in steps of a factor, which fall to kLastStep; then a parabola's.
+  Effects best_of(double share, double size, double step) const {
+    const auto of_size = [&](double s) { return at(s, share * s); };
+    Effects best = of_size(size);
+    while (true) {
+      const Effects smaller = of_size(best.size / step), larger = of_size(best.size * step);
+      const Effects& next = larger.log > smaller.log ? larger : smaller;
+      if (next.log > best.log && next.size > kLeastSize) {
+        best = next;
+      } else if (step > kLastStep) {
+        step = std::sqrt(step);
+      } else {
+        const double bend = smaller.log - 2 * best.log + larger.log;
+        if (!(bend < 0)) return best;
+        const Effects peak =
+            of_size(best.size * std::pow(step, (smaller.log - larger.log) / (2 * bend)));
+        return peak.log > best.log ? peak : best;
+      }
     }
-    return best;
   }
 
   Effects at(double by_row, double by_column) const {
     VectorXd scale(kNumEffects);
     scale << Vector6d::Constant(by_row), Vector6d::Constant(by_column);
     constexpr double kRidge = 1e-6;  // numeric: what poses take up of the common field, a corner
-    MatrixXd common = MatrixXd::Zero(kNumCommon + 1, kNumCommon + 1);
+    MatrixXd common = common_;
     double volume = 0;
     for (const MatrixXd& gram : grams_) {
       MatrixXd effects =
@@ -98,8 +108,7 @@ class EffectLikelihood {
       const Eigen::LLT<MatrixXd> root(effects);
       const MatrixXd cross = root.matrixL().solve(scale.asDiagonal() *
                                                   gram.topRightCorner(kNumEffects, kNumCommon + 1));
-      common += gram.bottomRightCorner(kNumCommon + 1, kNumCommon + 1);
-      common.noalias() -= cross.transpose() * cross;
+      common.selfadjointView<Eigen::Lower>().rankUpdate(cross.transpose(), -1);
       volume += root.matrixLLT().diagonal().array().log().sum();
     }
     common.diagonal().head(kNumCommon).array() += kRidge * freedom_;
@@ -110,8 +119,8 @@ class EffectLikelihood {
         1e-300, diagonal[kNumCommon] * diagonal[kNumCommon]);  // numeric: no logarithm of 0
     volume += diagonal.head(kNumCommon).array().log().sum();
     const double noise = std::sqrt(square / freedom_);
-    return {-volume - freedom_ / 2 * std::log(square), 2 * by_row * noise / size_.height, noise,
-            square};
+    return {-volume - freedom_ / 2 * std::log(square), by_row, 2 * by_row * noise / size_.height,
+            noise, square};
   }
 
  private:
@@ -136,7 +145,7 @@ class EffectLikelihood {
           view.whitening.empty() ? Eigen::Matrix2d::Identity() : Eigen::Matrix2d(view.whitening[i]);
       all.block<2, 6>(at, 0) = 2 * x.y() / size_.height * by_pose;
       all.block<2, 6>(at, 6) = 2 * x.x() / size_.height * by_pose;
-      const VectorXd powers = powers_of(2 * x / size_.width);
+      const auto powers = powers_of(2 * x / size_.width);
       for (Index k = 0; k < kNumTerms; ++k)
         all.block<2, 2>(at, kNumEffects + 2 * k) = powers[k] * w;
     }
@@ -146,18 +155,18 @@ class EffectLikelihood {
       add_shapes(shapes.view(), solved.camera_from_target[v], seen->by_pose, all);
     }
     all.rightCols<1>() = seen->residuals - size_.height / 2.0 * (all.leftCols<6>() * twists.start);
-    MatrixXd gram = all.transpose() * all;
-    const MatrixXd by_pose = seen->by_pose.transpose() * all;
     const Matrix6 information = seen->by_pose.transpose() * seen->by_pose;
     const Eigen::LDLT<Matrix6> pose(information);
-    gram.noalias() -= by_pose.transpose() * pose.solve(by_pose);
-    square_ += gram(kNumEffects + kNumCommon, kNumEffects + kNumCommon);
-    grams_.push_back(std::move(gram));
+    all.noalias() -= seen->by_pose * pose.solve(seen->by_pose.transpose() * all);
+    grams_.push_back(all.leftCols<kNumEffects>().transpose() * all);
+    common_.selfadjointView<Eigen::Lower>().rankUpdate(all.rightCols<kNumCommon + 1>().transpose());
+    square_ += all.rightCols<1>().squaredNorm();
     freedom_ += static_cast<double>(n - 6) - (grams_.size() == 1 ? kNumCommon : 0);
   }
 
   ImageSize size_;
-  std::vector<MatrixXd> grams_;
+  std::vector<MatrixXd> grams_;  // of the effects with all columns
+  MatrixXd common_ = MatrixXd::Zero(kNumCommon + 1, kNumCommon + 1);  // lower triangle
   double freedom_ = 0, square_ = 0;
 };
 
@@ -181,7 +190,7 @@ double rolling_sigma_of(const Bundle& solved, int max_iterations, std::size_t nu
   rolling.rolling_m = median_distance_m(rolling);
   const EffectLikelihood still(rolling);
   if (still.is_empty()) return 0;
-  const Effects of_rows = still.best_of(0);
+  const Effects of_rows = still.best_of(0, 1, kFirstStep);
   const Effects none = still.at(0, 0);
   if (!(of_rows.log > none.log + policy::kRollingGain)) return 0;
   // A model that is much too small: what its lens leaves is no field of the pixel alone.
@@ -195,9 +204,11 @@ double rolling_sigma_of(const Bundle& solved, int max_iterations, std::size_t nu
     solve(rolling, max_iterations, num_threads);
     const EffectLikelihood moving(rolling);
     if (moving.is_empty()) return 0;
-    const Effects rows_only = moving.best_of(0), rows_more = moving.best_of(kHalf);
+    const Effects rows_only = moving.best_of(0, best.size, kLastStep);
+    const Effects rows_more = moving.best_of(kHalf, best.size, kLastStep);
     best = rows_only.log > rows_more.log ? rows_only : rows_more;
-    gain = best.log - moving.best_of(1).log;
+    gain = best.log - moving.best_of(1, best.size, kLastStep).log;
+    if (std::abs(best.row_sigma - rolling.row_sigma) < kSameSize * best.row_sigma) break;
   }
   return gain > policy::kRollingGain ? best.row_sigma : 0;
 }

@@ -161,18 +161,22 @@ void retry_with_other_poses(BundleState& state, const CalibrationInput& input,
   retry(state, std::move(trial), input, options);
 }
 
-// Solves again with the row terms that the views show: velocities, or a shear.
+// Solves again with the row terms that the views show: a shear, or velocities.
 void add_row_terms(BundleState& state, const CalibrationInput& input,
                    const CalibrateOptions& options) {
+  Bundle& bundle = state.bundle;
+  double row_sigma = row_sigma_of(bundle, bundle.sigma);
+  if (!(row_sigma > 0)) return;
   const double of_velocities =
-      rolling_sigma_of(state.bundle, options.max_iterations, options.num_threads);
-  if (of_velocities > 0) state.bundle.rolling_m = median_distance_m(state.bundle);
-  for (int round = 0; round < kRowRounds && !state.bundle.views.empty(); ++round) {
-    // Lens and poses take up a part of what the rows show, so the next solution may show more.
-    const double row_sigma = row_sigma_of(state.bundle, state.bundle.sigma);
-    if (!state.bundle.is_rolling() && row_sigma <= state.bundle.row_sigma) break;
-    state.bundle.row_sigma = state.bundle.is_rolling() ? of_velocities : row_sigma;
+      rolling_sigma_of(bundle, options.max_iterations, options.num_threads);
+  if (of_velocities > 0) bundle.rolling_m = median_distance_m(bundle);
+  for (int round = 0; round < kRowRounds && !bundle.views.empty(); ++round) {
+    if (!bundle.is_rolling() && row_sigma <= bundle.row_sigma) break;
+    bundle.row_sigma = bundle.is_rolling() ? of_velocities : row_sigma;
     solve_robustly(state, input, options);
+    // Lens and poses take up a part of what the rows show, so the next solution may show more.
+    if (!bundle.is_rolling() && !bundle.views.empty())
+      row_sigma = row_sigma_of(bundle, bundle.sigma);
   }
 }
 
