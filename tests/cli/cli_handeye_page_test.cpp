@@ -103,6 +103,32 @@ TEST_F(CliHandeye, ThePageOfARefusalHasWhatIsGiven) {
   for (const Json& pose : page["poses"]) EXPECT_EQ(pose["state"], "given");
 }
 
+// The robot's poses are a path, which has no velocity at its first and last picture.
+TEST_F(CliHandeye, ThePageOfAPathHasTheClocks) {
+  std::string times = "image,time_s\n";
+  for (int i = 0; i < 12; ++i) {
+    const std::string name = (i < 10 ? "00" : "0") + std::to_string(i) + ".png";
+    robot_ = replaced(robot_, name, std::to_string(10 * i));
+    times += name + "," + std::to_string(10 * i) + "\n";
+  }
+  robot_ = replaced(robot_, "image", "time_s");
+  spill(root() / "times.csv", times);
+  const std::string more = "--times " + path("times.csv");
+  const Outcome out = handeye(more + " --report " + path("page.html"));
+  ASSERT_EQ(out.exit_code, 0) << out.err << out.out;
+  const Json page = data_of_page(root() / "page.html"),
+             answer = Json::parse(handeye(more + " --json").out);
+  const std::string clocks = page["robot"]["clocks"];
+  EXPECT_NE(unwrapped(out.out).find("clocks " + clocks), std::string::npos) << clocks << out.out;
+  const Json& offset = answer["time_offset"];
+  EXPECT_NEAR(std::stod(clocks), 1e3 * offset["offset_s"].get<double>(),
+              1e2 * offset["sigma_s"].get<double>());
+  EXPECT_EQ(answer["unusable"], Json({"000.png", "011.png"}));
+  for (const std::size_t i : {0u, 11u}) EXPECT_EQ(page["poses"][i]["state"], "unusable");
+  EXPECT_EQ(page["poses"][1]["state"], "used");
+  EXPECT_NE(page["inputs"].dump().find("10 used, 2 without a pose"), std::string::npos);
+}
+
 TEST_F(CliHandeye, APageThatCannotBeWrittenIsRefusedBeforeAnyWork) {
   spill(root() / "robot.csv", robot_);
   const std::string command = "handeye " + kDesk + " --camera " + kDesk + "/truth.yaml --robot " +
