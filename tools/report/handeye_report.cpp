@@ -39,6 +39,23 @@ Json view_json(const HandeyeViewFit& fit, std::span<const HandeyeView> views) {
           {"rms_px", fit.rms_px}};
 }
 
+void add_numbers(const HandeyeEstimate& handeye, Json& json) {
+  json["mount_from_camera"] = pose_json(handeye.mount_from_camera);
+  json["holder_from_board"] = pose_json(handeye.holder_from_board);
+  json["covariance"] = matrix_json(handeye.covariance);
+  json["robot_sigma_m"] = handeye.robot_sigma_m;
+  json["robot_sigma_rad"] = handeye.robot_sigma_rad;
+  json["robot_sigma_m_share"] = handeye.robot_sigma_m_share;
+  json["robot_sigma_rad_share"] = handeye.robot_sigma_rad_share;
+  json["degrees_of_freedom"] = handeye.degrees_of_freedom;
+  json["rotation_rad"] = handeye.rotation_rad;
+  json["axis_spread_rad"] = handeye.axis_spread_rad;
+  json["board_spread_m"] = handeye.board_spread_m;
+  json["rms_px"] = handeye.rms_px;
+  json["sigma_px"] = handeye.sigma_px;
+  json["num_corners"] = handeye.num_corners;
+}
+
 Json names_json(std::span<const std::size_t> indices, std::span<const HandeyeView> views) {
   Json names = Json::array();
   for (const std::size_t i : indices) names.push_back(views[i].image);
@@ -116,22 +133,7 @@ std::string handeye_json(const HandeyeEstimate& handeye, const HandeyeInput& inp
                {"mount", mount_name(handeye.mount)},
                {"findings", findings_json(handeye.findings)}};
   if (input.reference && !input.reference->empty()) json["reference"] = *input.reference;
-  if (!handeye.views.empty()) {
-    json["mount_from_camera"] = pose_json(handeye.mount_from_camera);
-    json["holder_from_board"] = pose_json(handeye.holder_from_board);
-    json["covariance"] = matrix_json(handeye.covariance);
-    json["robot_sigma_m"] = handeye.robot_sigma_m;
-    json["robot_sigma_rad"] = handeye.robot_sigma_rad;
-    json["robot_sigma_m_share"] = handeye.robot_sigma_m_share;
-    json["robot_sigma_rad_share"] = handeye.robot_sigma_rad_share;
-    json["degrees_of_freedom"] = handeye.degrees_of_freedom;
-    json["rotation_rad"] = handeye.rotation_rad;
-    json["axis_spread_rad"] = handeye.axis_spread_rad;
-    json["board_spread_m"] = handeye.board_spread_m;
-    json["rms_px"] = handeye.rms_px;
-    json["sigma_px"] = handeye.sigma_px;
-    json["num_corners"] = handeye.num_corners;
-  }
+  if (!handeye.views.empty()) add_numbers(handeye, json);
   json["views"] = Json::array();
   for (const HandeyeViewFit& fit : handeye.views) json["views"].push_back(view_json(fit, views));
   json["rejected"] = names_json(handeye.rejected, views);
