@@ -3,6 +3,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include "python/arguments.hpp"
 #include "python/arrays.hpp"
 #include "python/bindings.hpp"
 #include "python/boards.hpp"
@@ -30,45 +31,103 @@ std::vector<Pose> poses_of(const std::vector<PoseLike>& poses, const char* name)
   return all;
 }
 
+// The robot of a call, and how it carries the camera.
+struct Robot {
+  std::vector<HandeyeView> views;  // with the robot's poses and times alone
+  HandeyeOptions options;
+};
+
+Robot robot_of(std::size_t num_views, const std::vector<PoseLike>& robot, const std::string& mount,
+               const Times& times_s, const Times& robot_times_s, bool find_time_offset,
+               int threads) {
+  if (mount != "hand" && mount != "base")
+    throw Error("mount: must be \"hand\" or \"base\", got \"" + mount + "\"");
+  check_threads(threads);
+  if (!robot_times_s && robot.size() != num_views)
+    throw Error("base_from_hand: must have " + std::to_string(num_views) +
+                " poses, one a view, got " + std::to_string(robot.size()));
+  if (times_s && times_s->size() != num_views)
+    throw Error("times_s: must have " + std::to_string(num_views) + " numbers, one a view, got " +
+                std::to_string(times_s->size()));
+  const std::vector<Pose> base_from_hand = poses_of(robot, "base_from_hand");
+  Robot read;
+  read.options.mount = mount == "hand" ? CameraMount::hand : CameraMount::base;
+  read.options.find_time_offset = find_time_offset;
+  read.options.num_threads = static_cast<std::size_t>(threads);
+  if (robot_times_s) read.options.path = RobotPath{*robot_times_s, base_from_hand};
+  for (std::size_t i = 0; i < num_views; ++i)
+    read.views.push_back({std::to_string(i),
+                          {},
+                          robot_times_s ? Pose() : base_from_hand[i],
+                          times_s ? std::optional((*times_s)[i]) : std::nullopt});
+  return read;
+}
+
 HandeyeEstimate calibrate_views(const std::vector<View>& views, const TargetLike& target,
-                                const CameraLike& camera, const std::vector<PoseLike>& robot,
+                                const CameraLike& camera,
+                                const std::vector<PoseLike>& base_from_hand,
                                 const std::string& mount, const Times& times_s,
                                 const Times& robot_times_s, bool find_time_offset, double sigma_px,
                                 int threads) {
-  if (mount != "hand" && mount != "base")
-    throw Error("mount: must be \"hand\" or \"base\", got \"" + mount + "\"");
-  if (threads < 0)
-    throw Error("threads: must be >= 0 (0: one per core), got " + std::to_string(threads));
-  if (!robot_times_s && robot.size() != views.size())
-    throw Error("base_from_hand: must have " + std::to_string(views.size()) +
-                " poses, one a view, got " + std::to_string(robot.size()));
-  if (times_s && times_s->size() != views.size())
-    throw Error("times_s: must have " + std::to_string(views.size()) +
-                " numbers, one a view, got " + std::to_string(times_s->size()));
+  Robot robot = robot_of(views.size(), base_from_hand, mount, times_s, robot_times_s,
+                         find_time_offset, threads);
+  robot.options.sigma_px = sigma_px;
   const CalibrationFile known = known_camera(camera, "camera");
   const std::vector<PlacedBoard> boards = boards_of(target, "target");
-  const std::vector<Pose> base_from_hand = poses_of(robot, "base_from_hand");
-  HandeyeOptions options;
-  options.mount = mount == "hand" ? CameraMount::hand : CameraMount::base;
-  options.sigma_px = sigma_px;
-  options.find_time_offset = find_time_offset;
-  options.num_threads = static_cast<std::size_t>(threads);
-  if (robot_times_s) options.path = RobotPath{*robot_times_s, base_from_hand};
-  std::vector<HandeyeView> seen;
   for (std::size_t i = 0; i < views.size(); ++i) {
-    seen.push_back({views[i].image, view_correspondences(views[i], boards, known.camera_error_px),
-                    robot_times_s ? Pose() : base_from_hand[i],
-                    times_s ? std::optional((*times_s)[i]) : std::nullopt});
+    robot.views[i].image = views[i].image;
+    robot.views[i].seen = view_correspondences(views[i], boards, known.camera_error_px);
   }
   const UncertainCamera lens = uncertain_camera(known);
   py::gil_scoped_release release;
-  return calibrate_handeye(seen, lens, options);
+  return calibrate_handeye(robot.views, lens, robot.options);
+}
+
+// PoseEstimate, RigPoseEstimate, (pose, covariance), or None.
+using SeenPoseLike = Argument<"SeenPoseLike">;
+
+std::vector<SeenPose> seen_poses(py::handle pose, bool has_rig) {
+  std::vector<SeenPose> seen;
+  if (pose.is_none()) return seen;
+  if (py::isinstance<PoseEstimate>(pose)) {
+    const auto& estimate = py::cast<const PoseEstimate&>(pose);
+    if (is_answer(estimate.status))
+      for (const PoseHypothesis& h : estimate.hypotheses)
+        seen.push_back({h.camera_from_target, h.covariance});
+    return seen;
+  }
+  if (py::isinstance<RigPoseEstimate>(pose)) {
+    if (!has_rig) throw Error("rig: is missing, which poses of a rig need");
+    const auto& estimate = py::cast<const RigPoseEstimate&>(pose);
+    return is_answer(estimate.rig.status) ? estimate.parts : seen;
+  }
+  if (!py::isinstance<py::tuple>(pose) || py::len(pose) != 2)
+    throw Error("poses: must be PoseEstimate, RigPoseEstimate, (pose, covariance) or None, got " +
+                type_name(pose));
+  const auto parts = py::reinterpret_borrow<py::tuple>(pose);
+  return {{pose_of(parts[0], "poses"),
+           covariance_matrices(ArrayLike(parts[1]), "poses", 1, 6).front()}};
+}
+
+HandeyeEstimate calibrate_poses(const std::vector<SeenPoseLike>& poses,
+                                const std::vector<PoseLike>& base_from_hand,
+                                const std::string& mount, const std::optional<KnownRig>& rig,
+                                const Times& times_s, const Times& robot_times_s,
+                                bool find_time_offset, int threads) {
+  Robot robot = robot_of(poses.size(), base_from_hand, mount, times_s, robot_times_s,
+                         find_time_offset, threads);
+  for (std::size_t i = 0; i < poses.size(); ++i)
+    robot.views[i].poses = seen_poses(poses[i], rig.has_value());
+  const MatrixX shared = rig ? rig->covariance : MatrixX();
+  py::gil_scoped_release release;
+  return calibrate_handeye_from_poses(robot.views, shared, robot.options);
 }
 
 std::string handeye_text(const HandeyeEstimate& h) {
   if (!is_answer(h.status)) return refusal(h.status, h.findings);
   return std::string(status_name(h.status)) + ", " + counted(h.views.size(), "pose") + ", robot " +
-         number(1e3 * h.robot_sigma_m, 2) + " mm, rms " + number(h.rms_px, 3) + " px" +
+         number(1e3 * h.robot_sigma_m, 2) + " mm" +
+         (h.num_corners > 0 ? ", rms " + number(h.rms_px, 3) + " px" : "") +
          warnings_text(h.findings);
 }
 
@@ -165,6 +224,15 @@ void bind_handeye(py::module_& m) {
         "path, in which the views are at times_s.\n"
         "find_time_offset: estimate what is to be added to times_s.\n"
         "threads: 0: one per core; the answer does not depend on it.");
+  m.def("calibrate_handeye_from_poses", &calibrate_poses, py::arg("poses"),
+        py::arg("base_from_hand"), py::arg("mount"), py::kw_only(), py::arg("rig") = py::none(),
+        py::arg("times_s") = py::none(), py::arg("robot_times_s") = py::none(),
+        py::arg("find_time_offset") = false, py::arg("threads") = 1,
+        "The same from poses of the board, each by its covariance.\n\n"
+        "poses: of each view a PoseEstimate; a RigPoseEstimate; camera_from_board and its "
+        "covariance (6, 6), of (omega rad, tau m), that another program estimated; or None.\n"
+        "rig: the KnownRig of RigPoseEstimates: the camera of the answer is its frame.\n"
+        "The rest is as for calibrate_handeye. rms_px is NaN.");
 }
 
 }  // namespace tagcal::python

@@ -36,6 +36,7 @@ ARGUMENTS = {
     "ImageLike": "NDArray[np.uint8] | NDArray[np.uint16] | str | os.PathLike[str]",
     "PoseLike": "Pose | ArrayLike",
     "PosesLike": "Pose | ArrayLike | Sequence[Pose | ArrayLike]",
+    "SeenPoseLike": "PoseEstimate | RigPoseEstimate | tuple[Pose | ArrayLike, ArrayLike] | None",
     "CameraLike": "Camera | UncertainCamera | Calibration",
     "tagcal.Dataset": "Dataset | DatasetFolder",
     "TargetLike": "Board | PlacedBoard | Sequence[Board | PlacedBoard]",

@@ -8,6 +8,8 @@ import subprocess
 from pathlib import Path
 from typing import Any, Callable, NamedTuple
 
+DESK = Path(__file__).resolve().parents[2] / "data-synthetic/golden/desk"
+
 GOOD_SCENE = """
 camera: {image_size: [640, 400], model: radial1, f: 520, cx: 317, cy: 203, distortion: [-0.1]}
 boards:
@@ -198,9 +200,26 @@ def rig_file(maker: Maker) -> None:
     maker.run("report", "trio.yaml", "--out", "rig_file.html")
 
 
+def on_robot(maker: Maker, page: str, change: Callable[[str], str], exit_code: int) -> None:
+    """The desk's camera on a robot whose table is changed."""
+    (maker.folder / "robot.csv").write_text(change((DESK / "robot.csv").read_text()))
+    maker.run("handeye", str(DESK), "--camera", str(DESK / "truth.yaml"), "--robot", "robot.csv",
+              "--mount", "hand", "--report", page, exit_code=exit_code)
+
+
+def handeye(maker: Maker) -> None:
+    """One of the robot's poses is off by 27 mm."""
+    on_robot(maker, "handeye.html", lambda table: table.replace("004.png,0.", "004.png,0.1"), 0)
+
+
+def handeye_refused(maker: Maker) -> None:
+    on_robot(maker, "handeye_refused.html", lambda table: table.replace("_m", "_mm"), 3)
+
+
 # In the order in which they are made: later ones use files of earlier ones.
 MAKERS: list[Callable[[Maker], None]] = [
-    good, fisheye, findings, no_answer, difference, poses, bare, hostile, rig, rig_file]
+    good, fisheye, findings, no_answer, difference, poses, bare, hostile, rig, rig_file, handeye,
+    handeye_refused]
 
 
 def make_pages(command: str, folder: Path) -> dict[str, Page]:

@@ -18,6 +18,8 @@ EXPECTED = {
     "bare": ["uncertainty"],
     "rig": ["pairs", "depth", "rectified", "rig", "instants", *3 * ["coverage", "uncertainty"]],
     "rig_file": ["depth", "rig", *3 * ["uncertainty"]],
+    "handeye": ["robot", "robot-position", "robot-rotation"],
+    "handeye_refused": ["robot"],
     "hostile": ["coverage", *RESIDUALS, "uncertainty", "rms", "views", "scene"],
 }
 
@@ -27,6 +29,7 @@ COUNT = "(document.querySelector(a[0])?.getAttribute('d').match(/M/g) ?? []).len
 # The colours of style.css with which each canvas draws its data.
 COLOURS = {"distribution": ["--sky", "--vermilion"], "radial-profile": ["--blue", "--orange"],
            "rms": ["--sky", "--vermilion"], "scene": ["--blue", "--square"],
+           "robot": ["--blue", "--vermilion"], "robot-position": ["--sky", "--vermilion"],
            "rig": ["--blue", "--vermilion"], "depth": ["--blue", "--vermilion"]}
 
 # The number of pixels that are nearly of these colours in the canvas of a chart.

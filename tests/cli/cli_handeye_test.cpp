@@ -1,29 +1,9 @@
 // tagcal handeye, from outside.
-#include <nlohmann/json.hpp>
-
-#include "cli_fixture.hpp"
-#include "tagcal/geometry/pose.hpp"
+#include "cli_handeye_fixture.hpp"
 #include "tagcal/random.hpp"
 
 namespace tagcal::tools {
 namespace {
-
-using Json = nlohmann::json;
-
-const std::string kDesk = TAGCAL_SOURCE_DIR "/data-synthetic/golden/desk";
-
-class CliHandeye : public Cli {
- protected:
-  CliHandeye() : robot_(slurp(kDesk + "/robot.csv")) {}
-
-  Outcome handeye(const std::string& more = "") {
-    spill(root() / "robot.csv", robot_);
-    return run("handeye " + kDesk + " --camera " + kDesk + "/truth.yaml --robot " +
-               path("robot.csv") + " --mount hand " + more);
-  }
-
-  std::string robot_;
-};
 
 TEST_F(CliHandeye, FindsTheCameraInTheHand) {
   const Outcome out = handeye("--json --out " + path("handeye.yaml") + " --ros " + path("tf.yaml"));
@@ -59,22 +39,6 @@ TEST_F(CliHandeye, NamesTheReadingThatFits) {
   EXPECT_NE(out.out.find("the lengths are metres,"), std::string::npos) << out.out;
   EXPECT_FALSE(fs::exists(root() / "no.yaml"));
 }
-
-// The poses of the pictures, as `tagcal pose` writes them.
-class CliHandeyePoses : public CliHandeye {
- protected:
-  CliHandeyePoses()
-      : poses_(run("pose " + kDesk + " --camera " + kDesk + "/truth.yaml --json").out) {}
-
-  Outcome handeye_of(const std::string& poses, const std::string& more = "") {
-    spill(root() / "robot.csv", robot_);
-    spill(root() / "poses.json", poses);
-    return run("handeye " + path("poses.json") + " --robot " + path("robot.csv") +
-               " --mount hand " + more);
-  }
-
-  std::string poses_;
-};
 
 TEST_F(CliHandeyePoses, FindTheCameraInTheHand) {
   const Outcome out = handeye_of(poses_, "--json --out " + path("handeye.yaml"));
@@ -116,12 +80,6 @@ TEST_F(CliHandeyePoses, RefuseBadInputInOneLine) {
   refuses(poses_, "has no pose of the picture 011.png");
 }
 
-Pose pose_in(const Json& json) {
-  const auto q = json["rotation"].get<std::vector<double>>();
-  const auto t = json["translation_m"].get<std::vector<double>>();
-  return {Eigen::Quaterniond(q[0], q[1], q[2], q[3]), {t[0], t[1], t[2]}};
-}
-
 // A rig of two cameras on a hand, and a robot with errors of 0.3 mm and 0.3 mrad.
 TEST_F(CliHandeye, FindsARigInTheHand) {
   spill(root() / "scene.yaml",
@@ -134,6 +92,7 @@ TEST_F(CliHandeye, FindsARigInTheHand) {
         "boards:\n"
         "  - target: {target_type: aprilgrid, tagCols: 4, tagRows: 4, tagSize: 0.08, tagSpacing: "
         "0.3}\n"
+        "    world_from_board: {translation_m: [-0.2, -0.2, 0]}\n"
         "path: {type: dome, min_distance_m: 0.6, max_distance_m: 0.9, min_elevation_deg: 50}\n"
         "jitter: {target_m: 0.05, roll_deg: 180}\n"
         "views: 12\n");
@@ -150,17 +109,21 @@ TEST_F(CliHandeye, FindsARigInTheHand) {
     for (double& e : error) e = 0.3e-3 * random.normal();
     const Pose rig_from_board = pose_in(view["camera_from_board"]);
     const Pose hand = retract(base_from_board * (hand_from_rig * rig_from_board).inverse(), error);
-    const Eigen::Vector3d& t = hand.translation();
-    const Eigen::Quaterniond q = hand.rotation();
-    for (const double x : {t.x(), t.y(), t.z(), q.w(), q.x(), q.y(), q.z()})
-      robot += (x == t.x() ? view["image"].get<std::string>() : "") + "," + std::to_string(x);
-    robot += "\n";
+    robot += view["image"].get<std::string>() + row_of(hand);
   }
   spill(root() / "robot.csv", robot);
   const Outcome out = run("handeye " + path("rig") + " --camera " + path("rig.yaml") + " --robot " +
-                          path("robot.csv") + " --mount hand --json");
+                          path("robot.csv") + " --mount hand --json --report " + path("page.html"));
   ASSERT_EQ(out.exit_code, 0) << out.err << out.out;
   const Json answer = Json::parse(out.out);
+  EXPECT_EQ(answer["reference"], "left");
+  const Json page = data_of_page(root() / "page.html");
+  EXPECT_EQ(page["places"][0]["title"], "left (the rig's reference) in the hand");
+  EXPECT_EQ(page["image_size"], Json({480, 360}));
+  EXPECT_EQ(page["boards"].size(), 1u);
+  EXPECT_EQ(page["poses"].size(), 12u);
+  EXPECT_TRUE(page["rms_px"].is_null());
+  EXPECT_LT(minus(pose_in(answer["holder_from_board"]), base_from_board).tail<3>().norm(), 2e-3);
   const Vector6d step = minus(pose_in(answer["mount_from_camera"]), hand_from_rig);
   for (int i = 0; i < 6; ++i)
     EXPECT_LT(std::abs(step[i]), 4 * std::sqrt(answer["covariance"][i][i].get<double>())) << i;

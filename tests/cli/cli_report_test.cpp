@@ -1,6 +1,4 @@
-#include <nlohmann/json.hpp>
-
-#include "cli_fixture.hpp"
+#include "page_data.hpp"
 #include "tagcal/io/image_file.hpp"
 
 // `tagcal report` and `calibrate --report`: the data in the page.
@@ -18,10 +16,7 @@ class CliReport : public Cli {
   static Json data_of(const std::string& arguments, const std::string& name = "page.html") {
     const Outcome outcome = run(arguments);
     EXPECT_EQ(outcome.exit_code, 0) << arguments << "\n" << outcome.err;
-    const std::string text = page(name);
-    const std::string start = "<script type=\"application/json\" id=\"data\">";
-    const std::size_t from = text.find(start) + start.size();
-    const Json json = Json::parse(text.substr(from, text.find("</script>", from) - from));
+    const Json json = data_of_page(root() / name);
     EXPECT_EQ(json["format"], 1);
     return json;
   }

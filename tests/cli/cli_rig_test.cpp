@@ -1,7 +1,5 @@
 // tagcal rig, from outside.
-#include <nlohmann/json.hpp>
-
-#include "cli_fixture.hpp"
+#include "page_data.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -68,6 +66,11 @@ TEST_F(CliRig, PicturesToARigFile) {
   ASSERT_EQ(views.size(), 12U);
   EXPECT_EQ(views[0]["status"], "ok");
   EXPECT_EQ(views[0]["cameras"], Json({"left", "right"}));
+  const Json single = Json::parse(
+      run("pose " + path("rig/left") + " --camera " + path("rig.yaml") + ":left --json").out);
+  for (int i = 0; i < 3; ++i)  // both in the frame of the board
+    EXPECT_NEAR(views[0]["camera_from_board"]["translation_m"][i].get<double>(),
+                single["views"][0]["camera_from_board"]["translation_m"][i].get<double>(), 0.01);
   const Outcome valid =
       run("validate " + path("rig.yaml") + " --dataset " + path("rig") + " --truth --json");
   ASSERT_EQ(valid.exit_code, 0) << valid.err << valid.out;
@@ -149,22 +152,6 @@ TEST_F(CliRig, DifferenceOfTwoRigs) {
     EXPECT_EQ(outcome.exit_code, 2);
     EXPECT_NE(outcome.err.find(message), std::string::npos) << outcome.err;
   }
-}
-
-// The data in a page.
-Json data_of_page(const fs::path& file) {
-  const std::string text = slurp(file);
-  const std::string start = "<script type=\"application/json\" id=\"data\">";
-  const std::size_t from = text.find(start) + start.size();
-  return Json::parse(text.substr(from, text.find("</script>", from) - from));
-}
-
-// Without the line ends of wrapping.
-std::string unwrapped(const std::string& text) {
-  std::istringstream words(text);
-  std::string all, word;
-  while (words >> word) all += (all.empty() ? "" : " ") + word;
-  return all;
 }
 
 TEST_F(CliRig, ThePageHasTheNumbersOfTheTerminal) {

@@ -113,6 +113,8 @@ OUTPUTS = {
     ("report", "--out"): "report camera.yaml --out {file}",
     ("pose", "--draw"): "pose set --observations corners.csv --camera camera.yaml --draw {file}",
     ("handeye", "--out"): "handeye arm --camera arm/truth.yaml --robot arm/robot.csv --mount hand --out {file}",
+    ("handeye", "--report"): "handeye arm --camera arm/truth.yaml --robot arm/robot.csv --mount hand --report "
+                             "{file}.html",
     ("handeye", "--ros"): "handeye arm --camera arm/truth.yaml --robot arm/robot.csv --mount hand --ros {file}",
     ("board", "--out"): "board target.yaml --out {file}.pdf",
     ("fleet", "--out"): "fleet cams --limits limits.yaml --out {file}.csv",

@@ -9,6 +9,8 @@
 #include "job/arguments.hpp"
 #include "job/messages.hpp"
 #include "job/outputs.hpp"
+#include "page_data/handeye_page.hpp"
+#include "page_data/html_page.hpp"
 #include "report/handeye_report.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/handeye_file.hpp"
@@ -25,20 +27,34 @@ struct Arguments : HandeyeArguments {
   std::string time_offset = "0";
   std::string out;
   std::string ros;
+  std::string report;  // a page
   bool json = false;
 };
 
 void check_outputs(const Arguments& arguments) {
   check_text_writable(arguments.out);
   check_text_writable(arguments.ros);
-  std::vector<std::filesystem::path> inputs = {arguments.camera, arguments.robot, arguments.times};
+  std::vector<std::string> inputs = {arguments.camera, arguments.robot, arguments.times,
+                                     arguments.input.target, arguments.input.observations};
   inputs.insert(inputs.end(), arguments.input.inputs.begin(), arguments.input.inputs.end());
-  check_replaces_nothing({arguments.out, arguments.ros}, inputs);
+  check_replaces_nothing({arguments.out, arguments.ros, arguments.report},
+                         {inputs.begin(), inputs.end()});
+  if (!arguments.report.empty()) check_page(arguments.report, inputs);
 }
 
 void write_files(const Arguments& arguments, const HandeyeEstimate& answer) {
   write_answer_file(arguments.out, handeye_yaml(answer));
   write_answer_file(arguments.ros, handeye_ros_text(answer));
+}
+
+// The inputs as the page names them.
+std::vector<InputRow> input_rows(const Arguments& arguments) {
+  std::vector<InputRow> rows = {{"camera", arguments.camera},
+                                {"robot", arguments.robot},
+                                {"robot's format", arguments.robot_format},
+                                {"times", arguments.times}};
+  std::erase_if(rows, [](const InputRow& row) { return row.text.empty(); });
+  return rows;
 }
 
 int run(const Arguments& arguments) {
@@ -51,14 +67,15 @@ int run(const Arguments& arguments) {
   options.find_time_offset = arguments.time_offset == "find";
   options.num_threads = static_cast<std::size_t>(arguments.threads);
   add_robot_poses(arguments.robot, poses, arguments.times, input, options);
-  const std::vector<HandeyeView>& views = input.views;
   const HandeyeEstimate answer = naming(input.name, [&] {
-    return input.camera ? calibrate_handeye(views, *input.camera, options)
-                        : calibrate_handeye_from_poses(views, input.shared, options);
+    return input.camera ? calibrate_handeye(input.views, *input.camera, options)
+                        : calibrate_handeye_from_poses(input.views, input.shared, options);
   });
   const bool answered = is_answer(answer.status);
   if (answered) write_files(arguments, answer);
-  print_answer(arguments.json ? handeye_json(answer, views) : handeye_summary(answer, views),
+  if (!arguments.report.empty())
+    write_page(arguments.report, handeye_page(input, input_rows(arguments), options, answer));
+  print_answer(arguments.json ? handeye_json(answer, input) : handeye_summary(answer, input),
                arguments.json, answered ? arguments.out : "");
   for (const std::string& file : {arguments.out, arguments.ros})
     if (!answered) say_no_answer_file(file);
@@ -82,7 +99,7 @@ void add_robot(CLI::App& command, Arguments& arguments) {
       .one_of({"hand", "base"})
       .text("HOW");
   add_option(command, "--times", arguments.times,
-             "times of the pictures (image,time_s), for poses with times")
+             "times of the pictures (image,time_s), if poses have times")
       .text("CSV");
   add_option(command, "--time-offset", arguments.time_offset,
              "find: estimate what the pictures' times lack; 0 (the default): refuse clocks that "
@@ -110,10 +127,12 @@ Command add_handeye(CLI::App& app) {
   add_option(*command, "--out", arguments->out, "file for the answer, written if there is one")
       .text("FILE")
       .writes_text();
-  add_option(*command, "--ros", arguments->ros,
-             "file for the camera's place as a static transform of ROS")
+  add_option(*command, "--ros", arguments->ros, "a static transform of ROS: the camera's place")
       .text("FILE")
       .writes_text();
+  add_option(*command, "--report", arguments->report,
+             "a page: both places, the robot in 3D (report.md)")
+      .text("FILE.html");
   add_flag(*command, "--json", arguments->json, "one JSON object on stdout");
   add_threads(*command, arguments->threads);
   add_footer(*command,

@@ -11,6 +11,7 @@
 #include "tagcal/internal/parallel.hpp"
 #include "tagcal/io/calibration_file.hpp"
 #include "tagcal/io/camera_file.hpp"
+#include "tagcal/io/rig_calibration_file.hpp"
 #include "tagcal/io/rig_file.hpp"
 
 namespace tagcal::tools {
@@ -61,15 +62,18 @@ std::map<std::string, Pose> poses_by_order(const HandeyeInput& input, const std:
   return by_name;
 }
 
-// The views with a corner of the target, in the frame of a single board or in the world of several.
+// The views with a corner of the target.
 HandeyeInput read_pictures(const HandeyeArguments& arguments) {
   auto [input, camera] =
       read_camera_views(arguments.input, arguments.camera, arguments.pair, arguments.threads);
-  HandeyeInput read{input.name, {}, !input.images.empty(), {}, uncertain_camera(camera), {}};
+  HandeyeInput read;
+  read.name = input.name;
+  read.has_all_pictures = !input.images.empty();
+  read.camera = uncertain_camera(camera);
+  read.image_size = camera.camera.image_size;
   for (const ImageSource& source : input.images) read.pictures.push_back(source.name);
-  std::vector<PlacedBoard>& boards = input.dataset.boards;
-  if (boards.size() == 1) boards[0].world_from_board = Pose();
-  const auto points = points_in_world(boards);
+  read.boards = in_frame_of_poses(input.dataset.boards);
+  const auto points = points_in_world(read.boards);
   for (const View& view : input.dataset.views) {
     if (!read.has_all_pictures) read.pictures.push_back(view.image);
     if (view.observations.empty()) continue;
@@ -79,14 +83,27 @@ HandeyeInput read_pictures(const HandeyeArguments& arguments) {
   return read;
 }
 
+// The camera whose frame is that of the rig, which the pictures may lack.
+void set_reference(const KnownRig& rig, HandeyeInput& read) {
+  const auto camera = rig.reference();
+  read.reference = camera ? rig.cameras[*camera].name : "";
+  if (camera) read.image_size = rig.cameras[*camera].camera.camera.image_size;
+}
+
 // An instant has the name of its first picture.
 HandeyeInput read_rig_poses(const HandeyeArguments& arguments) {
   const RigInputArguments rig = rig_arguments(arguments.input, arguments.pair, arguments.threads);
-  const RigDataset data = read_rig(rig).rig;
-  const KnownRig known = rig_of(data, read_camera_file(arguments.camera), arguments.camera);
+  const RigDataset data = read_rig_for_poses(rig);
+  const CameraFile file = read_camera_file(arguments.camera);
+  const KnownRig known = rig_of(data, file, arguments.camera);
   PoseOptions options;
   options.sigma_px = arguments.sigma_px;
-  HandeyeInput read{arguments.input.inputs.front(), {}, false, {}, {}, known.covariance};
+  HandeyeInput read;
+  read.name = arguments.input.inputs.front();
+  read.has_all_pictures = false;
+  read.shared = known.covariance;
+  set_reference(known_rig(file, arguments.camera), read);
+  read.boards = data.cameras.front().data.boards;
   read.views.resize(data.instants.size());
   internal::parallel_for(
       read.views.size(), static_cast<std::size_t>(arguments.threads), [&](std::size_t t) {
@@ -111,7 +128,9 @@ HandeyeInput read_poses(const HandeyeArguments& arguments) {
         std::pair("--observations", arguments.input.observations)})
     if (!value.empty()) throw Error(fmt::format("{}: {} has poses, which need none", option, file));
   if (arguments.pair != "name") throw Error("--pair: needs the file of a rig");
-  HandeyeInput read{file, {}, true, read_pose_file(file), {}, {}};
+  HandeyeInput read;
+  read.name = file;
+  read.views = read_pose_file(file);
   for (const HandeyeView& view : read.views) read.pictures.push_back(view.image);
   places_of(read.pictures, file);
   return read;

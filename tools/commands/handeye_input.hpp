@@ -1,11 +1,9 @@
 #pragma once
 
-#include <optional>
 #include <string>
-#include <vector>
 
 #include "job/input.hpp"
-#include "tagcal/estimate/handeye.hpp"
+#include "report/handeye_report.hpp"
 #include "tagcal/io/robot_poses.hpp"
 
 namespace tagcal::tools {
@@ -16,15 +14,6 @@ struct HandeyeArguments {
   std::string pair = "name";
   double sigma_px = 0;
   int threads = 0;
-};
-
-struct HandeyeInput {
-  std::string name;                       // in messages
-  std::vector<std::string> pictures;      // all, also those without corners
-  bool has_all_pictures = true;           // false: corners alone, which do not say what there was
-  std::vector<HandeyeView> views;         // without the robot's poses
-  std::optional<UncertainCamera> camera;  // none: the views are poses
-  MatrixX shared;                         // calibrate_handeye_from_poses
 };
 
 // Finds the corners of the pictures, estimates the poses of a rig, or reads those of a file. Throws

@@ -37,6 +37,18 @@ bool is_rig_file(const std::string& file_and_name) {
          read_camera_file(file_and_name).cameras.size() > 1;
 }
 
+std::vector<PlacedBoard> in_frame_of_poses(std::vector<PlacedBoard> boards) {
+  if (boards.size() == 1) boards[0].world_from_board = Pose();
+  return boards;
+}
+
+RigDataset read_rig_for_poses(const RigInputArguments& arguments) {
+  RigDataset data = read_rig(arguments).rig;
+  for (RigCamera& camera : data.cameras)
+    camera.data.boards = in_frame_of_poses(std::move(camera.data.boards));
+  return data;
+}
+
 std::vector<ViewCorrespondences> seen_at(const Instant& instant, const RigDataset& data,
                                          const KnownRig& rig) {
   std::vector<ViewCorrespondences> seen(data.cameras.size());
@@ -71,7 +83,7 @@ KnownRig rig_of(const RigDataset& data, const CameraFile& file, const std::strin
 
 std::vector<PoseReport> poses_of_rig(const RigInputArguments& arguments, const std::string& file,
                                      double sigma_px) {
-  const RigDataset data = read_rig(arguments).rig;
+  const RigDataset data = read_rig_for_poses(arguments);
   const KnownRig rig = rig_of(data, read_camera_file(file), file);
   PoseOptions options;
   options.sigma_px = sigma_px;

@@ -13,6 +13,10 @@ namespace tagcal::tools {
 // True for a file with several cameras, of which none is named.
 bool is_rig_file(const std::string& file_and_name);
 
+// Boards as poses take them: a single one has its own frame, several that of their world.
+std::vector<PlacedBoard> in_frame_of_poses(std::vector<PlacedBoard> boards);
+RigDataset read_rig_for_poses(const RigInputArguments& arguments);
+
 // The corners that each camera of a rig saw at an instant.
 std::vector<ViewCorrespondences> seen_at(const Instant& instant, const RigDataset& data,
                                          const KnownRig& rig);

@@ -20,22 +20,8 @@ using Eigen::Vector3d;
 
 using internal::degrees;
 
-std::string with_sigma(double value, double sigma) {
-  const Measured m = measured(value, sigma);
-  return m.sigma.empty() ? m.value : m.value + " +- " + m.sigma;
-}
-
 double sigma_of(const Matrix6& covariance, int i) {
   return std::sqrt(std::max(0.0, covariance(i, i)));
-}
-
-// The verdict as the terminal shows it.
-std::string verdict_of(const RigCalibration& rig) {
-  const std::string text = rig_verdict(rig);
-  const std::size_t end = text.find(": ") + 1;
-  const bool warns = std::ranges::count(rig.findings, Severity::warning, &Finding::severity) > 0;
-  const Tone tone = !is_answer(rig.status) ? Tone::bad : warns ? Tone::caution : Tone::good;
-  return wrapped(toned(tone, text.substr(0, end)) + " ", text.substr(end + 1), 2);
 }
 
 std::size_t name_width(const RigCalibration& rig) {
@@ -53,18 +39,6 @@ std::string camera_rows(const RigCalibration& rig) {
                         camera.num_views, camera.num_corners, two_digits(camera.rms_px),
                         excess_text(camera));
   return text;
-}
-
-// The place of a camera, seen from the reference.
-std::string place_lines(const RigCameraEstimate& camera, const std::string& reference) {
-  std::string lines = fmt::format("\n{} from {}\n", camera.name, reference);
-  const std::vector<std::string> texts = place_texts(camera.camera_from_rig, camera.covariance);
-  for (std::size_t i = 0; i < texts.size(); ++i) {
-    if (i == 0) lines += "  translation mm ";
-    if (i == 3) lines += "\n  rotation deg   ";
-    lines += fmt::format("  {:>18}", texts[i]);
-  }
-  return lines + "\n";
 }
 
 std::string length_text(double metres) {
@@ -149,11 +123,26 @@ std::string ok_text(std::span<const Finding> findings) {
                        : "OK, " + counted(static_cast<std::size_t>(warnings), "warning") + ": ";
 }
 
+std::string no_answer_text(Status status, std::span<const Finding> findings) {
+  const Finding* const reason = reason_of(findings);
+  return "NO ANSWER: " + (reason ? reason->sentence : std::string(status_name(status)));
+}
+
+std::string verdict_lines(const std::string& verdict, Status status,
+                          std::span<const Finding> findings) {
+  const std::size_t end = verdict.find(": ") + 1;
+  const bool warns = std::ranges::count(findings, Severity::warning, &Finding::severity) > 0;
+  const Tone tone = !is_answer(status) ? Tone::bad : warns ? Tone::caution : Tone::good;
+  return wrapped(toned(tone, verdict.substr(0, end)) + " ", verdict.substr(end + 1), 2);
+}
+
+std::string with_sigma(double value, double sigma) {
+  const Measured m = measured(value, sigma);
+  return m.sigma.empty() ? m.value : m.value + " +- " + m.sigma;
+}
+
 std::string rig_verdict(const RigCalibration& rig) {
-  if (!is_answer(rig.status)) {
-    const Finding* const reason = reason_of(rig.findings);
-    return "NO ANSWER: " + (reason ? reason->sentence : std::string(status_name(rig.status)));
-  }
+  if (!is_answer(rig.status)) return no_answer_text(rig.status, rig.findings);
   return fmt::format("{}{}, {}, {}, rms {} px", ok_text(rig.findings),
                      counted(rig.cameras.size(), "camera"), counted(rig.instants.size(), "instant"),
                      counted(static_cast<std::size_t>(rig.num_corners), "corner"),
@@ -168,6 +157,18 @@ std::vector<std::string> place_texts(const Pose& camera_from_rig, const Matrix6&
   for (int i = 0; i < 3; ++i)
     texts.push_back(with_sigma(r[i], degrees(1) * sigma_of(covariance, i)));
   return texts;
+}
+
+std::string place_lines(const std::string& title, const Pose& camera_from_rig,
+                        const Matrix6& covariance) {
+  std::string lines = "\n" + title + "\n";
+  const std::vector<std::string> texts = place_texts(camera_from_rig, covariance);
+  for (std::size_t i = 0; i < texts.size(); ++i) {
+    if (i == 0) lines += "  translation mm ";
+    if (i == 3) lines += "\n  rotation deg   ";
+    lines += fmt::format("  {:>18}", texts[i]);
+  }
+  return lines + "\n";
 }
 
 std::string baseline_text(const RigPair& pair) {
@@ -198,12 +199,15 @@ std::string name_of(const Instant& instant, const RigDataset& data) {
 }
 
 std::string rig_summary(const RigCalibration& rig, std::size_t reference) {
-  std::string text = verdict_of(rig) + findings_text(without_reason(rig.findings), "");
+  std::string text = verdict_lines(rig_verdict(rig), rig.status, rig.findings) +
+                     findings_text(without_reason(rig.findings), "");
   const bool has_rig = !rig.groups.empty();
   if (has_rig) text += camera_rows(rig);
   if (!is_answer(rig.status)) return text + next_line(rig);
   for (std::size_t c = 0; c < rig.cameras.size(); ++c)
-    if (c != reference) text += place_lines(rig.cameras[c], rig.cameras[reference].name);
+    if (c != reference)
+      text += place_lines(rig.cameras[c].name + " from " + rig.cameras[reference].name,
+                          rig.cameras[c].camera_from_rig, rig.cameras[c].covariance);
   for (const RigPair& pair : rig.pairs) text += pair_lines(rig, pair);
   for (std::size_t b = 0; b < rig.boards.size() && rig.boards.size() > 1; ++b)
     text += board_lines(b, rig.boards[b]);

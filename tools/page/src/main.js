@@ -9,11 +9,13 @@ import { difference } from "./sections/difference.js";
 import { findings } from "./sections/findings.js";
 import { fleetCharts, fleetDrifts, fleetPopulation, fleetWorst } from "./sections/fleet.js";
 import { formats } from "./sections/formats.js";
+import { handeyeInputs, handeyePlaces, handeyePoses } from "./sections/handeye.js";
+import { handeyeScene } from "./sections/handeye_scene.js";
 import { ladder } from "./sections/ladder.js";
 import { madeBy } from "./sections/made.js";
 import { parameters } from "./sections/parameters.js";
 import { residuals } from "./sections/residuals.js";
-import { rigCameras, rigLenses, rigNext } from "./sections/rig.js";
+import { next, rigCameras, rigLenses } from "./sections/rig.js";
 import { rigDepth, rigPairs } from "./sections/rig_pairs.js";
 import { rigRectified } from "./sections/rig_rectified.js";
 import { rigScene } from "./sections/rig_scene.js";
@@ -29,8 +31,10 @@ const CALIBRATION = [findings, parameters, coverage, advice, residuals, uncertai
 const SECTIONS = {
   calibration: CALIBRATION,
   poses: [findings, views, scene, residuals, formats, madeBy],
-  rig: [findings, rigNext, rigCameras, rigScene, rigPairs, rigDepth, rigRectified, rigTimeline,
+  rig: [findings, next, rigCameras, rigScene, rigPairs, rigDepth, rigRectified, rigTimeline,
     rigLenses, formats, madeBy],
+  handeye: [findings, handeyePlaces, handeyeScene, next, handeyePoses, formats, handeyeInputs,
+    madeBy],
   difference: [findings, difference, formats, madeBy],
   fleet: [findings, fleetPopulation, fleetWorst, fleetDrifts, fleetCharts, madeBy],
 };

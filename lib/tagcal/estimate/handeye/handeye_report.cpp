@@ -84,10 +84,11 @@ void report_views(const HandeyeSights& sights, const HandeyeMinimum& minimum,
 void add_warnings(const HandeyeSights& sights, HandeyeEstimate& answer) {
   if (!answer.rejected.empty())
     add(answer.findings, code::view_rejected,
-        fmt::format("the robot's poses of {} views contradict the others by more than {} times the "
-                    "median and are not used, the first is that of {}",
-                    answer.rejected.size(), policy::kRobotOutlier,
-                    sights.image_of(answer.rejected.front())));
+        fmt::format(
+            "the robot's poses of {} of {} views contradict the others by more than {} times the "
+            "median and are not used, the first is that of {}",
+            answer.rejected.size(), answer.rejected.size() + answer.views.size(),
+            policy::kRobotOutlier, sights.image_of(answer.rejected.front())));
   if (answer.degrees_of_freedom < policy::kFewRobotFreedoms ||
       !can_show_reading(answer.views.size()))
     add(answer.findings, code::few_views,

@@ -76,6 +76,19 @@ function paint(context, faces) {
   }
 }
 
+// Names of items, above all of them, with a margin in the colour of the ground.
+function write(context, placed, colours) {
+  context.font = "600 13px system-ui, sans-serif";
+  for (const { item: { label }, middle } of placed) {
+    if (!label || !middle) continue;
+    context.strokeStyle = colours("--page");
+    context.lineWidth = 4;
+    context.strokeText(label, middle[0] + 8, middle[1] - 8);
+    context.fillStyle = colours("--text");
+    context.fillText(label, middle[0] + 8, middle[1] - 8);
+  }
+}
+
 // The items of the scene on the screen, the farthest first.
 function arrange(scene, project, colours) {
   return scene.items.map((item) => {
@@ -107,6 +120,7 @@ export function orbit(scene, { label, pick, nameOf }) {
     const cached = (name) => cache.get(name) ?? cache.set(name, colours(name)).get(name);
     state.placed = arrange(state.scene, projector(state, state.scene, width, height), cached);
     for (const { faces } of state.placed) paint(context, faces);
+    write(context, state.placed, cached);
     Object.assign(canvas.dataset, { yaw: state.yaw.toFixed(3), pitch: state.pitch.toFixed(3),
                                     zoom: state.zoom.toFixed(3), items: state.placed.length });
   };

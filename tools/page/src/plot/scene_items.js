@@ -2,7 +2,7 @@
 import { quantile } from "../numbers.js";
 import { isAnswer } from "../sections/view_parts.js";
 
-const apply = (pose, [x, y, z]) =>
+export const apply = (pose, [x, y, z]) =>
   [0, 1, 2].map((i) => pose[i][0] * x + pose[i][1] * y + pose[i][2] * z + pose[i][3]);
 
 // The inverse of a rigid pose.
@@ -12,16 +12,16 @@ function inverse(pose) {
     [...row, -(row[0] * pose[0][3] + row[1] * pose[1][3] + row[2] * pose[2][3])]);
 }
 
-const compose = (a, b) => [0, 1, 2].map((i) => [0, 1, 2, 3].map((j) =>
+export const compose = (a, b) => [0, 1, 2].map((i) => [0, 1, 2, 3].map((j) =>
   a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j] + (j === 3 ? a[i][3] : 0)));
 
-const middleOf = (points) => [0, 1, 2].map((i) =>
+export const middleOf = (points) => [0, 1, 2].map((i) =>
   points.reduce((sum, point) => sum + point[i], 0) / points.length);
 
 // Camera axes (x right, y down, z forward) to a scene with z up.
 const UPRIGHT = [[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0]];
 
-function boardItem(board, pose, squares, fill = "--board") {
+export function boardItem(board, pose, squares, fill = "--board") {
   const outline = board.outline.map((point) => apply(pose, point));
   return { middle: middleOf(outline), faces: [
     { points: outline, closed: true, fill, stroke: "--soft" },
@@ -30,7 +30,7 @@ function boardItem(board, pose, squares, fill = "--board") {
 }
 
 // A camera as a pyramid of this depth, with the side of its image's top marked by a triangle.
-function cameraItem(worldFromCamera, depth, [width, height], colour, view) {
+export function cameraItem(worldFromCamera, depth, [width, height], colour, view) {
   const [x, y] = [0.6 * depth, 0.6 * depth * height / width];
   const at = (point) => apply(worldFromCamera, point);
   const tip = at([0, 0, 0]);
@@ -45,7 +45,7 @@ function cameraItem(worldFromCamera, depth, [width, height], colour, view) {
     { points: up, closed: true, fill: colour }] };
 }
 
-function extentOf(points) {
+export function extentOf(points) {
   const centre = [0, 1, 2].map((i) => {
     const values = points.map((point) => point[i]);
     return (quantile(values, 0.02) + quantile(values, 0.98)) / 2;
@@ -57,7 +57,7 @@ function extentOf(points) {
 const boardPoints = (data, pose) => data.boards.flatMap((board) =>
   board.outline.map((point) => apply(compose(pose, board.world_from_board), point)));
 
-const IDENTITY = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]];
+export const IDENTITY = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]];
 const colourOf = (view) => (isAnswer(view) ? "--blue" : "--vermilion");
 
 // The boards stand still, one pyramid a picture.
@@ -94,7 +94,7 @@ const ENLARGED = 100;    // times, of ellipsoids, unless they hide the cameras o
 
 const centreOfCamera = (camera) => camera.rig_from_camera.map((row) => row[3]).slice(0, 3);
 const distanceOf = (a, b) => Math.hypot(...a.map((x, i) => x - b[i]));
-const spread = (list, most) => (list.length <= most ? list
+export const spread = (list, most) => (list.length <= most ? list
   : Array.from({ length: most }, (_, i) => list[Math.floor(i * list.length / most)]));
 
 // The largest distance of two cameras, and the smallest of one from its nearest.

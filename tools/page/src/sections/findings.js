@@ -48,7 +48,7 @@ const ofViews = (data) => (data.views ?? []).flatMap((view) => (view.findings ??
 export function findings(data) {
   const found = [...(data.findings ?? []), ...ofViews(data)];
   const notes = data.notes ?? [];
-  const isChecked = data.kind === "rig" || (isCalibration(data) && data.model);
+  const isChecked = ["rig", "handeye"].includes(data.kind) || (isCalibration(data) && data.model);
   if (!found.length && !notes.length && !isChecked) return null;
   return section("findings", "Findings", { wide: true },
     found.length ? findingList(found)

@@ -41,12 +41,18 @@ function openForPrint(entries) {
   return entries;
 }
 
+const NOTES = {
+  camera: "The same camera as each program writes it. Conventions (where pixel 0 lies, order of " +
+    "coefficients) are converted.",
+  handeye: "The camera's place for ROS, quaternions as x y z w; and the whole answer with its " +
+    "covariance.",
+};
+
 export function formats(data) {
   const list = data.formats ?? [];
   if (!list.length) return null;
   return section("formats", "The numbers, to copy", { wide: true, "data-marks": list.length },
-    h("p", { class: "note" }, "The same camera as each program writes it. Conventions (where pixel ",
-      "0 lies, order of coefficients) are converted."),
+    h("p", { class: "note" }, NOTES[data.kind] ?? NOTES.camera),
     h("div", { class: "formats" },
       openForPrint(list.map((format, i) => entry(format, i === 0)))));
 }

@@ -2,6 +2,10 @@
 import { h, section } from "../dom.js";
 import { withOptions } from "./findings.js";
 
+// A table of names and texts.
+export const rowTable = (rows) => h("table", { class: "made" }, h("tbody", null,
+  rows.map(([name, value]) => h("tr", null, h("th", { scope: "row" }, name), h("td", null, value)))));
+
 export function madeBy(data) {
   const made = data.made_by;
   if (!made) return null;
@@ -13,7 +17,6 @@ export function madeBy(data) {
     ["time", typeof data.seconds === "number" ? `${data.seconds.toFixed(2)} s` : null],
   ].filter(([, value]) => value);
   return section("made-by", "Made by", { wide: true },
-    h("table", { class: "made" }, h("tbody", null, rows.map(([name, value]) =>
-      h("tr", null, h("th", { scope: "row" }, name), h("td", null, value))))),
+    rowTable(rows),
     h("p", { class: "note" }, "This file needs no network. It holds all that it shows."));
 }

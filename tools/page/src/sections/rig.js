@@ -13,9 +13,10 @@ export const linkTo = (data, camera) =>
   h("a", { href: `#camera-${camera}` }, data.cameras[camera].name);
 
 // Advice in the words of the terminal.
-export function rigNext(data) {
+export function next(data) {
   if (!data.next) return null;
-  return section("next", "The next picture to take", { wide: true },
+  const what = data.kind === "handeye" ? "pose" : "picture";
+  return section("next", `The next ${what} to take`, { wide: true },
     h("p", { class: "lead" }, data.next.charAt(0).toUpperCase() + data.next.slice(1)));
 }
 

@@ -43,7 +43,7 @@ function focalTile(data) {
 }
 
 // "902.496 +- 0.012" with the sign that print uses.
-export const plusMinus = (text) => text?.replace("+- ", "±\u00a0").replace(/^-/, "−") ?? "";
+export const plusMinus = (text) => text?.replace(/\+- /g, "±\u00a0").replace(/^-/, "−") ?? "";
 
 function projectionTile(data) {
   const regions = data.projection?.filter((map) => isNumber(map.region_px)) ?? [];
@@ -83,7 +83,23 @@ function rigTiles(data) {
   ].filter(Boolean);
 }
 
+// The robot in numbers; without an answer only how many poses there are.
+function handeyeTiles({ poses, robot, rms_px: rms, known_to: known }) {
+  const number = (state) => poses.filter((pose) => pose.state === state).length;
+  const without = [[number("rejected"), "rejected"], [number("unusable"), "without a pose"]]
+    .filter(([n]) => n).map(([n, words]) => `${n} ${words}`).join(", ");
+  return [
+    tile("Poses", robot ? `${number("used")} of ${poses.length}` : String(poses.length),
+      without || (robot ? "none rejected" : null)),
+    isNumber(rms) ? tile("Residuals", px(rms), "RMS per corner") : null,
+    robot ? tile("Robot's position", `${robot.mm}\u00a0mm`, "sd per axis, estimated") : null,
+    robot ? tile("Robot's rotation", `${robot.deg}\u00a0°`, "sd per axis, estimated") : null,
+    known ? tile("Camera known to", known, "sd of its place, worst direction") : null,
+  ].filter(Boolean);
+}
+
 function tiles(data) {
+  if (data.kind === "handeye") return handeyeTiles(data);
   if (data.kind === "rig") return rigTiles(data);
   if (data.kind === "poses" && data.views?.length) return poseTiles(data);
   const rejected = data.num_rejected ? `${count(data.num_rejected, "corner")} rejected` : null;
@@ -126,7 +142,8 @@ export function verdict(data) {
 }
 
 const KINDS = { calibration: "Camera calibration", rig: "Cameras on one body", poses: "Camera poses",
-                difference: "Difference of two calibrations", fleet: "Cameras of one make" };
+                difference: "Difference of two calibrations", fleet: "Cameras of one make",
+                handeye: "A camera on a robot" };
 const kindOf = (data) => KINDS[data.kind] ?? KINDS.calibration;
 
 // "OK, 5 warnings", where the sentence counts them.
