@@ -17,11 +17,13 @@ namespace {
 
 using Fixed = std::map<std::string, double>;
 using Distances = std::vector<double>;
+using Times = std::vector<double>;
 
 CalibrateOptions options_of(const std::string& model, double sigma_px, bool reject_outliers,
                             const std::optional<Camera>& start, double start_focal_px,
                             const Fixed& fixed, double tolerance_px, bool board_warp,
-                            int max_iterations, int threads, const Distances& distances_m) {
+                            int max_iterations, int threads, const Distances& distances_m,
+                            const Times& times_s) {
   not_negative(sigma_px, "sigma_px", "estimated");
   not_negative(start_focal_px, "start_focal_px", "none");
   not_negative(tolerance_px, "tolerance_px", "none");
@@ -40,6 +42,7 @@ CalibrateOptions options_of(const std::string& model, double sigma_px, bool reje
   options.max_iterations = max_iterations;
   options.num_threads = static_cast<std::size_t>(threads);
   options.distances_m = distances_m;
+  options.times_s = times_s;
   check_options(options);
   return options;
 }
@@ -80,7 +83,9 @@ constexpr const char* kDocumentation =
     "max_iterations: of each solve.\n"
     "threads: 0: one per core; the answer does not depend on it.\n"
     "distances_m: of the maps of the projection's uncertainty; by default infinity and the "
-    "median distance of the corners.";
+    "median distance of the corners.\n"
+    "times_s: the time of each view of a film in seconds: estimates the readout of a rolling "
+    "shutter.";
 
 // `calibrate` with these arguments before the options.
 template <typename Function, typename... Arguments>
@@ -90,7 +95,7 @@ void define(py::module_& m, const char* documentation, const Function& function,
         py::arg("sigma_px") = 0.0, py::arg("reject_outliers") = true, py::arg("start") = py::none(),
         py::arg("start_focal_px") = 0.0, py::arg("fixed") = Fixed(), py::arg("tolerance_px") = 0.0,
         py::arg("board_warp") = false, py::arg("max_iterations") = 100, py::arg("threads") = 1,
-        py::arg("distances_m") = Distances(), documentation);
+        py::arg("distances_m") = Distances(), py::arg("times_s") = Times(), documentation);
 }
 
 using Start = std::optional<Camera>;
@@ -104,11 +109,11 @@ void bind_calibrate(py::module_& m) {
   bind_calibration(m);
   define(m, kDocumentation,
          &of_dataset<std::string, double, bool, Start, double, Fixed, double, bool, int, int,
-                     Distances>,
+                     Distances, Times>,
          py::arg("dataset"));
   define(m, "The same of lists as cv2.calibrateCamera takes them.",
          &of_points<std::string, double, bool, Start, double, Fixed, double, bool, int, int,
-                    Distances>,
+                    Distances, Times>,
          py::arg("object_points"), py::arg("image_points"), py::arg("size"));
 }
 

@@ -105,6 +105,8 @@ void define_diagnosis(Record<Calibration>& record) {
   record.field("seen", &Calibration::seen, "The part of the image with corners.");
   record.field("board_warp", &Calibration::board_warp,
                "How the board differs from its file, with one flat board; else None.");
+  record.field("readout", &Calibration::readout,
+               "The time that the rows of a rolling shutter take, with times_s; else None.");
   record.field("halves", &Calibration::halves,
                "The cross-validation, with six views or more; else None.");
   record.field("weak_directions", &Calibration::weak_directions,

@@ -131,6 +131,17 @@ void bind_warp(py::module_& m) {
       });
 }
 
+void bind_readout(py::module_& m) {
+  Record<Readout>(m, "Readout",
+                  "Of a rolling shutter: the time from the first row of a picture to the last.")
+      .field("seconds", &Readout::seconds, "Negative if the last row comes first.")
+      .field("sigma_s", &Readout::sigma_s, "Its standard deviation.")
+      .field("num_views", &Readout::num_views, "The views whose neighbours in time show motion.")
+      .representation([](const Readout& r) {
+        return number(1e3 * r.seconds, 4) + " +- " + number(1e3 * r.sigma_s, 2) + " ms";
+      });
+}
+
 void bind_rest(py::module_& m) {
   Record<WeakDirection>(m, "WeakDirection", "A weakly determined combination of parameters.")
       .field("parameter", &WeakDirection::parameter,
@@ -160,6 +171,7 @@ void bind_calibration_parts(py::module_& m) {
   bind_step(m);
   bind_halves(m);
   bind_warp(m);
+  bind_readout(m);
   bind_rest(m);
 }
 

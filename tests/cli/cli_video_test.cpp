@@ -66,6 +66,32 @@ TEST_F(CliVideo, ACalibrationIsWithinItsClaims) {
   EXPECT_NE(page.find(R"("image":"clip@000003","time_s":0.3,)"), std::string::npos);
 }
 
+// A ring that the camera goes along while its rows are read, from the first to the last in 20 of
+// the 100 ms to the next picture.
+TEST_F(CliVideo, TheReadoutOfARollingShutterIsFound) {
+  std::string scene = slurp(root() / "scene.yaml");
+  scene.replace(scene.find("path:"), scene.find("\nsensor") - scene.find("path:"),
+                "path: {type: ring, centre_m: [0.15, -0.1, 0.7], radius_m: 0.4, end_deg: 180, "
+                "target_m: [-0.08, 0.08, 0]}\nviews: 24\nperiod_ms: 100");
+  scene.replace(scene.find("sensor: {"), 9, "sensor: {readout_ms: 20, ");
+  spill(root() / "scene.yaml", scene);
+  ASSERT_EQ(run("render " + path("scene.yaml") + " --force --out " + path("set")).exit_code, 0);
+  encode("clip.mkv", "-c:v ffv1 -pix_fmt gray");
+  const std::string command =
+      "calibrate --target " + path("set/target.yaml") + " --shutter rolling ";
+  const Outcome out = run(command + path("clip.mkv") + " --json --report " + path("page.html"));
+  ASSERT_EQ(out.exit_code, 0) << out.err << out.out;
+  const auto readout = nlohmann::json::parse(out.out)["readout"];
+  EXPECT_NEAR(readout["ms"], 20, 3 * readout["sigma_ms"].get<double>());
+  EXPECT_LT(readout["sigma_ms"], 0.5);
+  EXPECT_NE(slurp(root() / "page.html").find(R"("readout":{"ms":)"), std::string::npos);
+  EXPECT_NE(run(command + path("clip.mkv")).out.find("\nreadout    "), std::string::npos);
+  const Outcome pictures = run(command + path("set/images"));
+  EXPECT_EQ(pictures.exit_code, 2);
+  EXPECT_NE(pictures.err.find("--shutter rolling: needs a time for each picture"),
+            std::string::npos);
+}
+
 TEST_F(CliVideo, APipeIsAVideo) {
   encode("clip.mkv", "-c:v ffv1 -pix_fmt gray");
   const std::string of_video = answer(path("clip.mkv"));

@@ -176,6 +176,12 @@ Dataset rolled() {
   return with_noise(rolling_world(still, random_velocities(10, 0.2, 0.2, random), 0.02), 0.2, 3);
 }
 
+CalibrateOptions a_second_apart(int num_views) {
+  CalibrateOptions options;
+  for (int i = 0; i < num_views; ++i) options.times_s.push_back(i);
+  return options;
+}
+
 Dataset tilted_by(double max_deg, const Lens& lens, int count) {
   WorldOptions options = views(count);
   options.max_tilt_deg = max_deg;
@@ -240,6 +246,7 @@ std::vector<Case> cases_of_target_and_model() {
       {"print_exceeded", calibrated(printed_longer_in_y(0.02), automatic)},
       {"rows_displaced", calibrated(sheared(), automatic)},
       {"rolling_shutter", calibrated(rolled(), automatic)},
+      {"readout_not_observable", calibrated(rolled(), a_second_apart(10))},
       {"model_too_small", calibrated(make_world(opencv5_lens(), 3, views(10)), with_model("f+c"))},
       {"other_lens", calibrated(make_world(opencv5_lens(), 3, views(10)), with_model("fisheye4"))},
       {"perspective_seen",

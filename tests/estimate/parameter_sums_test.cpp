@@ -222,6 +222,33 @@ TEST(ParameterSums, VelocitiesOfTheRowsAreCorrelatedNoise) {
   }
 }
 
+// With a weak prior, the velocities become one column, and the residuals those of none.
+TEST(ParameterSums, AVelocityIsAColumn) {
+  Random random(9);
+  ViewRowTerms rows{400, 1e6, Matrix6::Zero(), {}};
+  for (double& velocity : rows.velocities->reshaped()) velocity = 0.001 * random.normal();
+  Vector6d terms;
+  for (double& term : terms) term = random.normal();
+  for (double& start : rows.start) start = 0.002 * random.normal();
+  const Lens lens = random_lens<Perspective>(random);
+  const SeenView seen(lens, 30, false, random);
+  const auto free = Model::named("radial1").free();
+  MatrixXd gram;
+  ParameterSums sums(seen.view(), free, {}, rows);
+  ASSERT_TRUE(sums.at(lens, seen.pose, gram));
+  const Result batch = run(kPortableKernels, lens, seen.pose, seen.points, free, true);
+  const Eigen::Index k = 6 + static_cast<Eigen::Index>(free.size());
+  MatrixXd all(60, k + 2);
+  for (std::size_t i = 0; i < 30; ++i) {
+    const MatrixXd by_rows =
+        (seen.pixels[i].y() - rows.middle_row) * batch.pose_rows(i) * *rows.velocities;
+    all.middleRows(static_cast<Eigen::Index>(2 * i), 2) << batch.pose_rows(i),
+        batch.parameter_rows(i), by_rows * terms,
+        batch.pixels[i] - seen.pixels[i] - by_rows * rows.start;
+  }
+  EXPECT_LT(difference(sums.with_velocity(terms), MatrixXd(all.transpose() * all)), 1e-9);
+}
+
 // Fewer rows with the same products. A column that depends on others gives no row.
 TEST(CompressedRows, HaveTheProductsOfTheRows) {
   Random random(5);

@@ -190,6 +190,9 @@ def test_every_option_has_its_effect() -> None:
     assert calibrated(tolerance_px=0.5).model != plain.model
     bent = calibrated(model="opencv4", board_warp=True).board_warp
     assert np.all(np.abs(bent.bend_mm) < 5 * bent.sigma_mm)
+    still = calibrated(model="opencv4", times_s=np.arange(len(pixels)) / 30).readout
+    assert abs(still.seconds) < 4 * still.sigma_s and still.num_views == len(pixels)
+    assert calibrated(model="opencv4").readout is None
     far = calibrated(model="opencv4", distances_m=[np.inf, 0.5, 2]).projection
     assert [p.distance_m for p in far] == [np.inf, 0.5, 2.0]
     spoiled = [p.copy() for p in pixels]
@@ -216,6 +219,8 @@ def test_every_option_has_its_effect() -> None:
         ({"threads": -1}, r"threads: must be >= 0 \(0: one per core\), got -1"),
         ({"distances_m": [1, 0]}, "distances_m: must be > 0, infinity too, got 0"),
         ({"distances_m": [np.nan]}, "distances_m: must be > 0, infinity too, got nan"),
+        ({"times_s": [0, np.nan]}, "times_s: must be finite, got nan"),
+        ({"times_s": [0, 1]}, "times_s: must have the time of each of .* views, got 2"),
         ({"fixed": {"k1": 0.1}}, "fixed: k1 needs a model by its name"),
         ({"fixed": {"fz": 1}}, "fixed: must be one of f, fx, fy, .*; got fz"),
         ({"fixed": {"": 1}}, "fixed: must be one of f, fx, fy, .*; got "),

@@ -39,6 +39,7 @@ struct Arguments {
   std::string start;               // a camera's file
   std::vector<std::string> fixed;  // NAME=VALUE
   std::string until;
+  std::string shutter;
   bool one_camera = false;
   bool keep_all = false;
   bool resume = false;
@@ -211,6 +212,10 @@ int run(const CLI::App& command, const Arguments& given) {
   CalibrateOptions& options = arguments.job.options;
   overrule(arguments, options);
   arguments.job.until_px = goal_of(arguments.until);
+  arguments.job.estimates_readout = arguments.shutter == "rolling";
+  // A frame's velocity is seen in its neighbours.
+  if (arguments.job.estimates_readout && arguments.job.input.frames.empty())
+    arguments.job.input.frames = "all";
   if (arguments.near_m > 0) options.distances_m = {kInfinitelyFar, arguments.near_m};
   naming_options([&] { check_options(options); });  // before any work
   const bool several = are_several_cameras(arguments);
@@ -311,6 +316,16 @@ void add_corners_and_frames(CLI::App& command, Arguments& arguments) {
       .seldom();
 }
 
+// What the rows of a frame are.
+void add_shutter(CLI::App& command, Arguments& arguments) {
+  add_option(command, "--shutter", arguments.shutter,
+             "of a video or bag: rolling estimates how long the rows take, from all frames; "
+             "default: a rolling shutter is found, but not its time")
+      .one_of({"auto", "rolling"})
+      .text("S")
+      .seldom();
+}
+
 void add_run(CLI::App& command, Arguments& arguments) {
   add_flag(command, "--resume", arguments.resume,
            "of several cameras, with --out: calibrate only those that have no outcome there yet; "
@@ -335,7 +350,8 @@ void add_run(CLI::App& command, Arguments& arguments) {
 Command add_calibrate(CLI::App& app) {
   CLI::App* command = add_command(app, "calibrate", "the camera and its standard deviations");
   const auto arguments = std::make_shared<Arguments>();
-  for (const auto add : {add_data, add_outputs, add_known_values, add_corners_and_frames, add_run})
+  for (const auto add :
+       {add_data, add_outputs, add_known_values, add_corners_and_frames, add_shutter, add_run})
     add(*command, *arguments);
   add_footer(*command,
              "Example: tagcal calibrate desk --observations corners.csv --out camera.yaml\n"

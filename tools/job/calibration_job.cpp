@@ -30,16 +30,35 @@ std::vector<std::string> sources_of(const Input& input) {
   return folders;
 }
 
-Calibration calibrate_input(const Input& input, CalibrateOptions options) {
+// Throws Error if a readout is asked for, of pictures without times.
+void check_times(const CalibrationJob& job, const Input& input) {
+  if (!job.estimates_readout) return;
+  const auto has_time = [&](const ImageSource& image) {
+    return input.times_s.contains(image.name);
+  };
+  if (input.images.empty() || !std::ranges::all_of(input.images, has_time))
+    throw Error(
+        "--shutter rolling: needs a time for each picture, as frames of a video or bag have");
+}
+
+std::vector<double> times_of(const Input& input) {
+  std::vector<double> times_s;
+  for (const View& view : input.dataset.views) times_s.push_back(input.times_s.at(view.image));
+  return times_s;
+}
+
+Calibration calibrate_input(const CalibrationJob& job, const Input& input,
+                            CalibrateOptions options) {
   options.sources = sources_of(input);
+  if (job.estimates_readout) options.times_s = times_of(input);
   return calibrate(input.dataset, options);
 }
 
 // Calibrates the views that are there now. The times are those of all calibrations.
-void calibrate_once_more(const Input& input, const CalibrateOptions& options,
-                         Calibration& calibration) {
+void calibrate_once_more(const CalibrationJob& job, const Input& input,
+                         const CalibrateOptions& options, Calibration& calibration) {
   const CalibrateSeconds before = calibration.seconds;
-  calibration = calibrate_input(input, options);
+  calibration = calibrate_input(job, input, options);
   CalibrateSeconds& seconds = calibration.seconds;
   seconds.start += before.start;
   seconds.solve += before.solve;
@@ -61,7 +80,7 @@ void calibrate_again(const CalibrationJob& job, const CalibrateOptions& options,
   answer.seconds.refine = watch.seconds();
   std::optional<Progress> progress;
   if (job.shows_progress) progress.emplace("calibrating again");
-  calibrate_once_more(input, options, calibration);
+  calibrate_once_more(job, input, options, calibration);
 }
 
 // Keeps the most informative views only, and calibrates again.
@@ -79,7 +98,7 @@ std::optional<ViewSelection> select_and_calibrate(const CalibrationJob& job,
   std::vector<View> views;
   for (const std::size_t view : kept) views.push_back(std::move(input.dataset.views[view]));
   input.dataset.views = std::move(views);
-  calibrate_once_more(input, options, calibration);
+  calibrate_once_more(job, input, options, calibration);
   return selection;
 }
 
@@ -142,7 +161,7 @@ Calibration calibrate_or_refuse(const CalibrationJob& job, const CalibrateOption
                                 Input& input) {
   if (auto refused = refusal_of(input)) return *std::move(refused);
   if (input.frames) naming_options([&] { take_chosen_frames(job, options, input); });
-  return naming_options([&] { return calibrate_input(input, options); });
+  return naming_options([&] { return calibrate_input(job, input, options); });
 }
 
 }  // namespace
@@ -152,6 +171,7 @@ CalibrationAnswer run_job(const CalibrationJob& job, Input* used) {
   Input input = read_input(job.input);
   check_frame_options(job, input);
   check_truth_has_one_lens(input);
+  check_times(job, input);
   if (job.options.start) check_image_size(job.options.start->image_size, "--start", input);
   if (input.observations.empty())
     find_views(input, job.threads, job.shows_progress);

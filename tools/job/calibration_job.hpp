@@ -20,6 +20,7 @@ struct CalibrationJob {
   double until_px = 0;
   bool explains_frames = false;
   std::string keep;
+  bool estimates_readout = false;  // of a rolling shutter, by the times of frames
   bool refine_corners = false;  // fit them again under the first lens, and calibrate again
   int threads = 0;              // of detection and solver; 0: one per core
   bool shows_progress = true;   // on stderr

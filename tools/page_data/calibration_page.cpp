@@ -50,6 +50,8 @@ PageJson calibration_page(const PageContent& content) {
   page["corners"] = corners_json(corners);
   page["views"] = views_json(content, corners, pictures, notes);
   page["boards"] = boards_json(content.dataset.boards);
+  if (c.readout)
+    page["readout"] = {{"ms", c.readout->seconds * 1e3}, {"sigma_ms", c.readout->sigma_s * 1e3}};
   page["warp"] = warp_json(content.dataset.boards, c.board_warp);
   page["ladder"] = ladder_json(c);
   page["halves"] = halves_json(c.halves);

@@ -77,6 +77,13 @@ Json halves_json(const std::optional<HalvesCheck>& halves) {
           {"disagree", halves->disagree}};
 }
 
+Json readout_json(const std::optional<Readout>& readout) {
+  if (!readout) return nullptr;
+  return {{"ms", 1e3 * readout->seconds},
+          {"sigma_ms", 1e3 * readout->sigma_s},
+          {"num_views", readout->num_views}};
+}
+
 Json warp_json(const std::optional<BoardWarp>& warp) {
   if (!warp) return nullptr;
   return {{"bend_mm", {warp->bend_mm.x(), warp->bend_mm.y()}},
@@ -207,6 +214,7 @@ std::string calibration_json(const CalibrationAnswer& answer, const std::string&
                {"seen_share", known ? Json(calibration.seen.share()) : Json()},
                {"halves", halves_json(calibration.halves)},
                {"board_warp", warp_json(calibration.board_warp)},
+               {"readout", readout_json(calibration.readout)},
                {"weak_directions", weak_directions_json(calibration)},
                {"advice", advice_json(answer.advice)},
                {"selection", selection_json(answer.selection)},

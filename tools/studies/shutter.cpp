@@ -5,7 +5,8 @@
 // single views. The velocities of a moving camera are normal, each axis moves the corners alike.
 // At 6 sd they are so small that the expected likelihood ratio is that of a normal variable which
 // is off by 6 standard deviations (MotionEffect); else the corners move by the stated pixels (root
-// mean square) during the readout. f: against cv::calibrateCamera on the same corners.
+// mean square) during the readout. Films are of 2 s, with the times of their pictures (`film`). f:
+// against cv::calibrateCamera on the same corners.
 
 #include <cmath>
 #include <numbers>
@@ -48,12 +49,13 @@ class Wave {
   Axis axes_[2];
 };
 
-enum class Kind { exact, lens_error, board_error, skew, view_errors, six_sd, moving };
+enum class Kind { exact, lens_error, board_error, skew, view_errors, six_sd, moving, film };
 
 struct Case {
   const char* name;
   Kind kind;
   double motion_px = 0;
+  double readout_s = 0;  // of a film
 };
 
 // A board whose corners are off by 0.1 mm, at random, and by a wave of up to 0.3 mm.
@@ -120,21 +122,41 @@ Dataset make_case(const Case& c, std::uint64_t seed) {
   }
 }
 
-std::vector<Values> measure(const Case& c, std::uint64_t seed) {
-  const Dataset set = with_noise(make_case(c, seed), kSigmaPx, seed);
-  CalibrateOptions options;
-  options.model = "opencv5";
+std::vector<Values> measured(const Dataset& set, const CalibrateOptions& options, bool moves,
+                             double true_readout_s) {
   const Calibration r = calibrate(set, options);
-  if (!is_answer(r.status)) return {{0., NAN, NAN, NAN, NAN, NAN}};
+  if (!is_answer(r.status)) return {{0., NAN, NAN, NAN, NAN, NAN, NAN, NAN}};
   const double found =
       std::ranges::count(r.findings, "rolling_shutter", &Finding::code) > 0 ? 100 : 0;
   const Lens truth = opencv5_lens();
   const auto error2 = [&](double fx) { return std::pow(fx - parameters(truth)[0], 2); };
   const double own = error2(parameters(r.camera->lens)[0]), claim = r.sigmas[0] * r.sigmas[0];
-  if (c.kind < Kind::six_sd) return {{1., found, own, claim, own / claim, NAN}};
-  OpenCvViews opencv(set);
-  opencv.calibrate(0);
-  return {{1., found, own, claim, own / claim, error2(opencv.values()[0])}};
+  Values values{1., found, own, claim, own / claim, NAN, NAN, NAN};
+  if (moves) {
+    OpenCvViews opencv(set);
+    opencv.calibrate(0);
+    values[5] = error2(opencv.values()[0]);
+  }
+  if (r.readout) {
+    const double error_ms2 = std::pow(1e3 * (r.readout->seconds - true_readout_s), 2);
+    values[6] = error_ms2;
+    values[7] = error_ms2 / std::pow(1e3 * r.readout->sigma_s, 2);
+  }
+  return {values};
+}
+
+std::vector<Values> measure(const Case& c, std::uint64_t seed) {
+  CalibrateOptions options;
+  options.model = "opencv5";
+  if (c.kind != Kind::film)
+    return measured(with_noise(make_case(c, seed), kSigmaPx, seed), options, c.kind >= Kind::six_sd,
+                    NAN);
+  constexpr int kNumViews = 60;
+  const auto direction = c.readout_s < 0 ? ReadDirection::up : ReadDirection::down;
+  const Film exact = film(seed, std::abs(c.readout_s), direction, kNumViews);
+  options.times_s = exact.times_s;
+  return measured(with_noise(exact.dataset, kSigmaPx, seed), options, c.readout_s != 0,
+                  c.readout_s);
 }
 
 std::vector<Task> tasks(const StudyOptions&) {
@@ -145,7 +167,9 @@ std::vector<Task> tasks(const StudyOptions&) {
         Case{"global, board error", Kind::board_error}, Case{"global, skew", Kind::skew},
         Case{"global, fields of views", Kind::view_errors}, Case{"rolling, 6 sd", Kind::six_sd},
         Case{"rolling, 2 px", Kind::moving, 2}, Case{"rolling, 5 px", Kind::moving, 5},
-        Case{"rolling, 10 px", Kind::moving, 10}, Case{"rolling, 20 px", Kind::moving, 20}})
+        Case{"rolling, 10 px", Kind::moving, 10}, Case{"rolling, 20 px", Kind::moving, 20},
+        Case{"film, global", Kind::film}, Case{"film, 30 ms", Kind::film, 0, 0.03},
+        Case{"film, -15 ms", Kind::film, 0, -0.015}})
     tasks.push_back({c.name, [c](std::uint64_t seed) { return measure(c, seed); }});
   return tasks;
 }
@@ -157,14 +181,16 @@ Study shutter_study() {
       .name = "shutter",
       .summary = "rolling shutters: what is found, and the focal length under motion",
       .count = 1000,
-      .columns = {"answer", "found", "f2", "f2_claim", "nees", "f2_opencv"},
+      .columns = {"answer", "found", "f2", "f2_claim", "nees", "f2_opencv", "ms2", "nees_readout"},
       .tasks = tasks,
       .tables = {{{"task"},
                   {rows_in("worlds"), sum_of("answers", "answer"), mean_of("found, %", "found", 2),
                    root_ratio_of("error of fx, px", "f2", "answer", 2),
                    root_ratio_of("claimed sd : error", "f2_claim", "f2", 2),
                    mean_of("NEES of fx", "nees", 2),
-                   root_ratio_of("error : OpenCV's", "f2", "f2_opencv", 2)}}}};
+                   root_ratio_of("error : OpenCV's", "f2", "f2_opencv", 2),
+                   root_ratio_of("error of the readout, ms", "ms2", "answer", 3),
+                   mean_of("NEES of the readout", "nees_readout", 2)}}}};
 }
 
 }  // namespace tagcal

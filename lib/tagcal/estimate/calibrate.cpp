@@ -7,6 +7,7 @@
 #include "tagcal/estimate/bundle/observability.hpp"
 #include "tagcal/estimate/calibration/model_choice.hpp"
 #include "tagcal/estimate/calibration/model_error.hpp"
+#include "tagcal/estimate/calibration/readout_rounds.hpp"
 #include "tagcal/estimate/calibration/view_rejection.hpp"
 #include "tagcal/estimate/calibration/weak_calibration.hpp"
 #include "tagcal/estimate/checks/evidence.hpp"
@@ -142,6 +143,8 @@ void check_options(const CalibrateOptions& options) {
     throw Error("tolerance_px: must be >= 0, got " + short_number(options.tolerance_px));
   if (options.tolerance_px > 0 && !is_auto(options))
     throw Error("tolerance_px: needs model auto, got " + options.model);
+  for (const double time : options.times_s)
+    if (!std::isfinite(time)) throw Error("times_s: must be finite, got " + short_number(time));
   for (const double distance : options.distances_m)
     if (!(distance > 0)) throw Error("distances_m: must be > 0, got " + short_number(distance));
 }
@@ -154,7 +157,14 @@ Calibration calibrate(const Dataset& dataset, const CalibrateOptions& options) {
   if (!options.sources.empty() && options.sources.size() != dataset.views.size())
     throw Error("sources: must name the source of each of " + std::to_string(dataset.views.size()) +
                 " views, got " + std::to_string(options.sources.size()));
+  if (!options.times_s.empty() && options.times_s.size() != dataset.views.size())
+    throw Error("times_s: must have the time of each of " + std::to_string(dataset.views.size()) +
+                " views, got " + std::to_string(options.times_s.size()));
   Calibration result = calibrate_dataset(dataset, options);
+  if (!options.times_s.empty())
+    result = calibrate_with_readout(
+        dataset, options.times_s, std::move(result),
+        [&](const Dataset& still) { return calibrate_dataset(still, options); });
   test_mirror_image(dataset, options, result);
   result.seconds.total = stopwatch.seconds();
   return result;

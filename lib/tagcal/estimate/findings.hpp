@@ -62,6 +62,7 @@ inline constexpr FindingCode noise_assumed{"noise_assumed", Severity::note};
 inline constexpr FindingCode noise_understated{"noise_understated", Severity::warning};
 inline constexpr FindingCode rows_displaced{"rows_displaced", Severity::warning};
 inline constexpr FindingCode rolling_shutter{"rolling_shutter", Severity::warning};
+inline constexpr FindingCode readout_not_observable{"readout_not_observable", Severity::warning};
 inline constexpr FindingCode instants_rejected{"instants_rejected", Severity::warning};
 inline constexpr FindingCode instants_strained{"instants_strained", Severity::warning};
 inline constexpr FindingCode camera_contradicts{"camera_contradicts", Severity::warning};

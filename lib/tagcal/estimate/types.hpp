@@ -141,6 +141,8 @@ struct CalibrateOptions {
   // Empty, or the source of each view, as the folder of its picture: calibrations from different
   // sources are compared instead of two halves of the views.
   std::vector<std::string> sources;
+  // Empty, or the time of each view: the readout of a rolling shutter is estimated. Finite.
+  std::vector<double> times_s;
   bool board_warp = false;      // throws Error unless there is one flat board
   int max_iterations = 100;     // of each solve
   std::size_t num_threads = 1;  // 0: one per core; the answer does not depend on it
@@ -213,6 +215,14 @@ struct BoardWarp {
   double sigma_aspect = 0;
 };
 
+// Of a rolling shutter: the time from the first row of the picture to the last, negative if the
+// last comes first.
+struct Readout {
+  double seconds = 0;
+  double sigma_s = 0;
+  int num_views = 0;  // that have neighbours in time, which show their motion
+};
+
 // Wall-clock times in seconds.
 struct CalibrateSeconds {
   double start = 0;  // closed form and robust search
@@ -250,8 +260,10 @@ struct Calibration {
   // Variance of the views' contributions over that of independent residuals.
   double variance_inflation = 1;
   // px a row. Standard deviation of the displacement of each view's rows against one another, along
-  // u and along v: a rolling shutter, and what acts like one. 0: the views show none.
+  // u and along v, or with finding `rolling_shutter` by each axis of the camera's velocity. 0: the
+  // views show none.
   double row_sigma = 0;
+  std::optional<Readout> readout;  // with times_s, if views have neighbours in time and move
   double bic = 0;
   int num_corners = 0;  // inliers
   int num_iterations = 0;

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "tagcal/estimate/bundle/rolling_shutter.hpp"
 #include "tagcal/estimate/checks/board_checks.hpp"
 #include "tagcal/estimate/checks/weak_checks.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
+#include "tagcal/estimate/policy/shutter_policy.hpp"
 #include "tagcal/internal/text.hpp"
 
 namespace tagcal::internal {
@@ -276,14 +278,47 @@ Result rolling_shutter(const Solved& s) {
   const Bundle& bundle = s.solution.fit->bundle;
   if (!bundle.is_rolling() || !(bundle.row_sigma > 0)) return std::nullopt;
   const std::vector<double> moved_px = row_motions_px(bundle);
+  if (!(std::ranges::max(moved_px) > policy::kGoodCornerPx)) return std::nullopt;
   const auto count =
       std::ranges::count_if(moved_px, [](double px) { return px > policy::kGoodCornerPx; });
   return finding(code::rolling_shutter,
-                 "rows are taken one after another: corners are off by up to " +
-                     with_digits(std::ranges::max(moved_px), 2) + " px, by more than " +
-                     with_digits(policy::kGoodCornerPx, 1) + " px in " + std::to_string(count) +
-                     " of " + std::to_string(moved_px.size()) +
+                 std::string(s.solution.options->times_s.empty()
+                                 ? "rows are taken one after another"
+                                 : "the poses of neighbours in time do not show all motion of the "
+                                   "rows") +
+                     ": corners are off by up to " + with_digits(std::ranges::max(moved_px), 2) +
+                     " px, by more than " + with_digits(policy::kGoodCornerPx, 1) + " px in " +
+                     std::to_string(count) + " of " + std::to_string(moved_px.size()) +
                      " views; the answer includes it, but hold camera and board still");
+}
+
+// The shortest time from one picture to another.
+double shortest_step(std::vector<double> times_s) {
+  std::ranges::sort(times_s);
+  double shortest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 1; i < times_s.size(); ++i)
+    if (times_s[i] > times_s[i - 1]) shortest = std::min(shortest, times_s[i] - times_s[i - 1]);
+  return shortest;
+}
+
+// The times of the views do not show how long the rows take.
+Result readout_not_observable(const Solved& s) {
+  const std::vector<double>& times_s = s.solution.options->times_s;
+  if (times_s.empty()) return std::nullopt;
+  const std::optional<Readout>& readout = s.answer.readout;
+  if (!readout)
+    return finding(
+        code::readout_not_observable,
+        "no picture has two neighbours in steps of " + with_digits(policy::kNeighbourSeconds, 2) +
+            " s or less, which show the velocity of the camera: take all frames of a video");
+  // That a readout ends before the next picture begins is known anyway: the standard deviation of
+  // a uniform variable.
+  const double period_s = shortest_step(times_s);
+  if (readout->sigma_s < period_s / std::sqrt(12)) return std::nullopt;
+  return finding(code::readout_not_observable,
+                 "the readout has a standard deviation of " +
+                     with_digits(1e3 * readout->sigma_s, 2) + " ms, with pictures every " +
+                     with_digits(1e3 * period_s, 2) + " ms: the camera moves too little");
 }
 
 // Model weak.
@@ -319,6 +354,7 @@ constexpr std::array kChecks = {
     Check{Of::perspective, print_aspect},
     Check{Of::perspective, rows_displaced},
     Check{Of::perspective, rolling_shutter},
+    Check{Of::perspective, readout_not_observable, kAnswersOnly},
     Check{Of::perspective, corners_rejected, kAnswersOnly},
     Check{Of::perspective, coefficients_correlated, kAnswersOnly},
     Check{Of::perspective, direction_weak},

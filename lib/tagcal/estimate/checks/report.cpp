@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "tagcal/estimate/bundle/observability.hpp"
+#include "tagcal/estimate/bundle/readout.hpp"
 #include "tagcal/estimate/checks/checks.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/pose_problem.hpp"
@@ -69,6 +70,15 @@ void fill_views(Calibration& c, const CalibrationInput& input, const Calibration
   c.rms_px = std::sqrt(sum / c.num_corners);
 }
 
+std::optional<Readout> readout(const Solution& solution) {
+  const CalibrationFit& fit = *solution.fit;
+  const std::vector<double>& of_all = solution.options->times_s;
+  if (of_all.empty() || !fit.has_perspective()) return std::nullopt;
+  std::vector<double> times_s;
+  for (const std::size_t v : fit.used) times_s.push_back(of_all[solution.input->views[v].index]);
+  return readout_of(fit.bundle, times_s);
+}
+
 // The uncertainty of the projection: its weakest directions, and over the image.
 void fill_projection(Calibration& c, const Solution& solution, const Evidence& evidence) {
   if (c.covariance.size() == 0) return;
@@ -125,12 +135,14 @@ Calibration report(const Solution& solution, Evidence evidence) {
     fill_scales(c, fit);
   }
   c.board_warp = solved.evidence.board;
+  c.readout = readout(solution);
   add_findings(solved);
   if (is_answer(c.status)) {
     c.halves = solved.evidence.halves;
   } else {  // claims that depend on the answer
     c.projection.clear();
     c.board_warp.reset();
+    c.readout.reset();
   }
   c.seconds.covariance = solved.evidence.seconds + stopwatch.seconds();
   return std::move(solved.answer);

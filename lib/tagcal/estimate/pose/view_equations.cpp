@@ -168,6 +168,17 @@ Vector6d ParameterSums::row_terms() const {
   return terms;
 }
 
+MatrixXd ParameterSums::with_velocity(const Vector6d& terms) const {
+  const Index last = all_.cols() - 1, at = last - job_.row_terms;
+  MatrixXd columns = MatrixXd::Zero(last + 1, at + 2);
+  columns.topLeftCorner(at, at).setIdentity();
+  columns.block<6, 1>(at, at) = terms;
+  columns.block<6, 1>(at, at + 1) = -row_terms_.start;
+  columns(last, at + 1) = 1;
+  const MatrixXd all = all_.selfadjointView<Eigen::Upper>();
+  return columns.transpose() * all * columns;
+}
+
 ParameterSums::RowEquations ParameterSums::row_equations() const {
   const Index m = job_.row_terms, last = all_.cols() - 1, at = last - m;
   const double weight = 1 / (row_terms_.sigma * row_terms_.sigma);

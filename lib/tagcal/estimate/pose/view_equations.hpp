@@ -151,6 +151,10 @@ class ParameterSums {
   };
   RowEquations row_equations() const;
 
+  // The products at the last state with one column, that of these six coefficients, in place of the
+  // row terms, and with the residuals for none; the prior of the row terms must be weak.
+  Eigen::MatrixXd with_velocity(const Vector6d& terms) const;
+
  private:
   Eigen::MatrixXd row_information() const;  // with their prior
 

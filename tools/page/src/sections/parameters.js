@@ -54,6 +54,10 @@ export function parameters(data) {
       : h("p", { class: "read" }, h("b", null, "How to read it: "),
       "with 68 % probability the true value lies within one standard deviation (sd). ",
       "Coefficients of the distortion act together: judge the lens by the map of its projection."),
+    data.readout
+      ? h("p", { class: "note" }, "Rolling shutter: its rows take ",
+        bySigma(data.readout.ms, data.readout.sigma_ms), " ± ",
+        bySigma(data.readout.sigma_ms, data.readout.sigma_ms), " ms from the first to the last.") : null,
     data.image_size
       ? h("p", { class: "note" }, `Image of ${data.image_size[0]} × ${data.image_size[1]} pixels; `,
         "pixel (0, 0) is the centre of the top left pixel.") : null);
