@@ -129,7 +129,7 @@ TEST_F(Cli, CalibratesWhatItRenderedAndPrintsOneJsonObject) {
     EXPECT_GT(at, last) << key;  // in this order
     last = at;
   }
-  EXPECT_EQ(json.size(), 29u);
+  EXPECT_EQ(json.size(), 30u);
   EXPECT_EQ(json["status"], "ok");
   EXPECT_EQ(json["model"], "radial1");
   EXPECT_EQ(json["num_views"], 6);

@@ -79,6 +79,7 @@ def results() -> dict[type, object]:
         tagcal.PlaneRaster([0, 0], 0.001, (9, 9)),
         tagcal.read_cameras(DESK / "truth.yaml"),
         tagcal.validate(calibration, dataset),
+        tagcal.calibrate(dataset, times_s=np.arange(12) / 30),
         population(), tagcal.unit_distances(population(), np.zeros((1, 2)), np.eye(2)[None]),
         tagcal.estimate_history(8 * [calibration]),
         tagcal.estimate_trend(

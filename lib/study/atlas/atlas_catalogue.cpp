@@ -44,7 +44,7 @@ constexpr Entry kCatalogue[] = {
     {"M5", "a bent board", "calibrate-bent", ""},
     {"M6", "points at the camera's plane or behind it", "behind-camera", ""},
     {"M7", "blur", "tag-size-blur", ""},
-    {"M8", "rolling shutter", "", "exempt: out of this version's scope"},
+    {"M8", "rolling shutter", "", "exempt: measured by tagcal-study shutter"},
     {"M9", "a pixel centre that is off by a half", "",
      "exempt: it moves the principal point and leaves no residual"},
     {"M10", "corners pushed outwards", "tag-size-blur", "and tag-tilt-noise"},
