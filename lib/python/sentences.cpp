@@ -23,6 +23,7 @@ constexpr std::array kRows = {
     Row{"--mount", "mount=", true},
     Row{"--pair time:find", "find_clocks=True", false},
     Row{"--robot-format", "columns", false},
+    Row{"--shutter rolling", "times_s", false},
     Row{"--sigma-px", "sigma_px", false},
     Row{"--start", "start", false},
     Row{"--time-offset find", "find_time_offset=True", false},

@@ -281,15 +281,16 @@ Result rolling_shutter(const Solved& s) {
   if (!(std::ranges::max(moved_px) > policy::kGoodCornerPx)) return std::nullopt;
   const auto count =
       std::ranges::count_if(moved_px, [](double px) { return px > policy::kGoodCornerPx; });
-  return finding(code::rolling_shutter,
-                 std::string(s.solution.options->times_s.empty()
-                                 ? "rows are taken one after another"
-                                 : "the poses of neighbours in time do not show all motion of the "
-                                   "rows") +
-                     ": corners are off by up to " + with_digits(std::ranges::max(moved_px), 2) +
-                     " px, by more than " + with_digits(policy::kGoodCornerPx, 1) + " px in " +
-                     std::to_string(count) + " of " + std::to_string(moved_px.size()) +
-                     " views; the answer includes it, but hold camera and board still");
+  const std::string off = ": corners are off by up to " +
+                          with_digits(std::ranges::max(moved_px), 2) + " px, by more than " +
+                          with_digits(policy::kGoodCornerPx, 1) + " px in " +
+                          std::to_string(count) + " of " + std::to_string(moved_px.size()) +
+                          " views; the answer includes it, but hold camera and board still";
+  return finding(
+      code::rolling_shutter,
+      s.solution.options->times_s.empty()
+          ? "rows are taken one after another" + off + ", or give a video and --shutter rolling"
+          : "the poses of neighbours in time do not show all motion of the rows" + off);
 }
 
 // The shortest time from one picture to another.
