@@ -212,6 +212,41 @@ TEST(Checkerboards, AreNotFoundWhereThereIsNone) {
           << columns << " x " << rows;
 }
 
+// Junctions of noise, crossed waves, dots and printed lines stand in grids, too, but not between
+// black and white squares.
+TEST(Checkerboards, AreNotSeenInNoiseAndTextures) {
+  constexpr int kKinds = 5;
+  const PlacedBoard tags{make_board(AprilGrid{5, 4, .03, .3, 0}), Pose()};
+  Random random(14);
+  for (int i = 0; i < 3 * kKinds; ++i) {
+    cv::Mat levels(240, 320, CV_32F, cv::Scalar(128)), shown;
+    cv::RNG noise(random.next());
+    if (i % kKinds == 0) noise.fill(levels, cv::RNG::UNIFORM, 0, 256);
+    if (i % kKinds == 1) noise.fill(levels, cv::RNG::NORMAL, 128, 40);
+    if (i % kKinds == 2) {
+      noise.fill(levels, cv::RNG::NORMAL, 128, 300);
+      cv::GaussianBlur(levels, levels, {}, 1.5 + i / kKinds);
+    }
+    const double period = random.uniform(9, 20);  // px
+    for (int y = 0; y < levels.rows && i % kKinds == 3; ++y)
+      for (int x = 0; x < levels.cols; ++x)
+        levels.at<float>(y, x) +=
+            static_cast<float>(60 * (std::sin(x / period * 2 * std::numbers::pi) +
+                                     std::sin((y + .3 * x) / period * 2 * std::numbers::pi)));
+    for (int k = 0; k < 400 && i % kKinds == 4; ++k)
+      cv::circle(levels, {noise.uniform(0, 320), noise.uniform(0, 240)}, noise.uniform(2, 8),
+                 cv::Scalar(noise.uniform(0, 256)), -1);
+    levels.convertTo(shown, CV_8U);
+    const ImageView8 image(shown.data, {shown.cols, shown.rows},
+                           static_cast<std::ptrdiff_t>(shown.step));
+    for (const std::string& mistake : explain(image, {tags}).mistakes)
+      ADD_FAILURE() << i % kKinds << ": " << mistake;
+    const DetectedPicture board = detect(image, {{checkers(8, 5), Pose()}});
+    ASSERT_EQ(board.warnings.size(), 1U);
+    EXPECT_EQ(board.warnings[0], "picture: no checkerboard found") << i % kKinds;
+  }
+}
+
 TEST(CharucoBoards, AreFoundInPart) {
   Random random(9);
   double sum = 0;

@@ -29,7 +29,9 @@ using System = Eigen::Matrix<double, kCount, kCount>;
 // Focal lengths in longer sides of the picture: half fields of view from 95 to 13 degrees.
 constexpr double kFocals[] = {0.3, 0.45, 0.7, 1.2, 2.2};  // numeric: tried values
 constexpr std::size_t kStarts = 2;                        // best ones that are iterated
-constexpr int kMaxSteps = 40;                             // Gauss-Newton, as a limit of work
+// Spread of residuals, in sds, with which a lens explains the corners: no other start ends better.
+constexpr double kExplained = 1.2;     // numeric: limit of work, a spread of 1 and its scatter
+constexpr int kMaxSteps = 40;          // Gauss-Newton, as a limit of work
 constexpr double kLeastSpread = 0.1;   // numeric: of residuals, in sds; none is an outlier below it
 constexpr double kSmallGain = 1e-4;    // numeric: relative gain of the cost that ends the iteration
 constexpr double kMaxLogFocal = 0.3;   // numeric: largest step of the logarithm of f
@@ -273,6 +275,7 @@ std::optional<PanelLens> lens_of_panel(std::span<const PanelCorner> corners, con
     if (best && spread >= best_spread) continue;
     best = end;
     best_spread = spread;
+    if (spread < kExplained) break;
   }
   if (!best) return std::nullopt;
   // Converts the pose to the panel's own unit and origin.

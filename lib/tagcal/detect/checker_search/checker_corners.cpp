@@ -117,7 +117,10 @@ CheckerCorners CheckerFitter::fit(const std::vector<CheckerPlace>& known) const 
         for (const CheckerPlace& place : places) near += is_near(place, cell, kNear) ? 1U : 0U;
         if (near < 2 || near <= tried[cell]) continue;
         tried[cell] = near;
-        const auto corner = fit_one(cell, places, {.camera = camera_, .lens_follows = true});
+        TagFitOptions options{.camera = camera_, .lens_follows = true, .is_near = true};
+        auto corner = fit_one(cell, places, options);
+        options.is_near = false;
+        if (!corner) corner = fit_one(cell, places, options);
         if (!corner) continue;
         corners[cell] = *corner;
         found.push_back({on_board(cell), corner->at});

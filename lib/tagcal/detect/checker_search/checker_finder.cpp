@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "tagcal/detect/checker_search/grid_numbering.hpp"
+#include "tagcal/detect/checker_search/grid_squares.hpp"
 #include "tagcal/detect/policy/policy.hpp"
 #include "tagcal/detect/tag_fit/image_filters.hpp"
 
@@ -37,17 +38,20 @@ void trim(JunctionGrid& grid) {
   }
 }
 
-// The grids of the junctions of a picture halved as often as given, in its own pixels.
-std::vector<JunctionGrid> grids_of(const std::vector<Junction>& junctions, int halvings,
+// The grids of the junctions of a picture that was halved as often as given, in pixels of the
+// original.
+std::vector<JunctionGrid> grids_of(const ImageView8& picture,
+                                   const std::vector<Junction>& junctions, int halvings,
                                    bool follows_lines) {
   std::vector<JunctionGrid> grids = junction_grids(junctions, follows_lines);
+  std::ranges::for_each(grids, trim);
+  std::erase_if(grids, [&](const JunctionGrid& grid) {
+    return grid.size() < 4 || !shows_squares(picture, grid);
+  });
   const double scale = std::exp2(halvings);
-  for (JunctionGrid& grid : grids) {
-    trim(grid);
+  for (JunctionGrid& grid : grids)
     for (auto& [cell, at] : grid)
       at = scale * at + Vector2d::Constant((scale - 1) / 2);  // pixel centres at whole numbers
-  }
-  std::erase_if(grids, [](const JunctionGrid& grid) { return grid.size() < 4; });
   std::ranges::stable_sort(grids, std::ranges::greater(),
                            [](const JunctionGrid& grid) { return grid.size(); });
   return grids;
@@ -152,8 +156,11 @@ std::vector<SeenChecker> CheckerFinder::find(const ImageView8& image) {
   for (const bool follows_lines : {false, true}) {
     follows_lines_ = follows_lines;
     levels_.clear();
-    for (const std::vector<Junction>& junctions : junctions_)
-      levels_.push_back(grids_of(junctions, static_cast<int>(levels_.size()), follows_lines));
+    for (const auto& [half, junctions] : pictures_) {
+      const int halvings = static_cast<int>(levels_.size());
+      const ImageView8 picture = halvings == 0 ? image : ImageView8(half);
+      levels_.push_back(grids_of(picture, junctions, halvings, follows_lines));
+    }
     find_plain(image, result);
     if (std::ranges::all_of(result, is_final)) break;
   }
@@ -172,14 +179,14 @@ void CheckerFinder::find_plain(const ImageView8& image, std::vector<SeenChecker>
 
 // Halved pictures show large squares with less noise; results of the finest level take precedence.
 void CheckerFinder::find_junctions_of_levels(const ImageView8& image) {
-  junctions_.clear();
-  Image8 half;
-  ImageView8 picture = image;
-  do {
-    junctions_.push_back(find_junctions(picture));
-    half = halved(picture);
-    picture = half;
-  } while (std::min(picture.width(), picture.height()) >= kLeastSidePx);
+  pictures_.clear();
+  pictures_.push_back({{}, find_junctions(image)});
+  for (Image8 half = halved(image); std::min(half.width(), half.height()) >= kLeastSidePx;) {
+    Image8 next = halved(half);
+    std::vector<Junction> junctions = find_junctions(half);
+    pictures_.push_back({std::move(half), std::move(junctions)});
+    half = std::move(next);
+  }
 }
 
 const JunctionGrid* CheckerFinder::larger_grid(const JunctionGrid& grid,
@@ -214,8 +221,13 @@ std::optional<CheckerFinder::Fitted> CheckerFinder::fitted(const ImageView8& ima
 SeenChecker CheckerFinder::find_plain(const ImageView8& image, const Target& target,
                                       const std::vector<JunctionGrid>& grids) const {
   SeenChecker seen;
-  if (grids.empty()) return seen;
-  seen.size = size_of(grids.front());
+  // Smaller grids are in most pictures.
+  const auto shown = std::ranges::find_if(grids, [&](const JunctionGrid& grid) {
+    const auto [columns, rows] = size_of(grid);
+    return std::min(columns, rows) >= policy::kGridOfOtherTarget || is_of_size(grid, target.print);
+  });
+  if (shown == grids.end()) return seen;
+  seen.size = size_of(*shown);
   seen.answer = CheckerAnswer::other_grid;
   const JunctionGrid* first = nullptr;
   for (const JunctionGrid& grid : grids) {

@@ -82,9 +82,13 @@ class CheckerFinder {
   const Camera* camera_;
   std::vector<const Board*> boards_;
   std::vector<Target> targets_;
+  struct Level {
+    Image8 half;  // empty for the picture itself
+    std::vector<Junction> junctions;
+  };
   // The junctions of the present picture, then those of its halves, and the grids that they form;
   // each list of grids begins with the largest.
-  std::vector<std::vector<Junction>> junctions_;
+  std::vector<Level> pictures_;
   std::vector<std::vector<JunctionGrid>> levels_;
   bool follows_lines_ = false;  // the grids do: then their corners must determine a lens
 };

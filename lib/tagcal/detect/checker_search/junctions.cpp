@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <vector>
 
 #include "tagcal/detect/policy/policy.hpp"
 
@@ -19,29 +20,51 @@ using std::numbers::pi;
 constexpr double kSpreadPx = 1.46;  // numeric: of a picture that is sharp enough, smoothed
 constexpr double kMinStrength = policy::kMinContrast / (kSpreadPx * kSpreadPx * pi);
 
-// Smooths with the binomial filter 1 4 6 4 1 in both directions: a Gaussian of 1 px.
+// The last rows of a picture that is made from above to below.
+template <typename T>
+class LastRows {
+ public:
+  static constexpr int kRows = 5;
+  explicit LastRows(int width) : rows_({width, kRows}) {}
+  T* row(int y) { return rows_.row(y % kRows); }
+  const T* row(int y) const { return rows_.row(y % kRows); }
+
+ private:
+  Image<T> rows_;
+};
+
+// A row smoothed by the binomial filter 1 4 6 4 1, times 16.
+void smooth_along(const std::uint8_t* row, int width, std::vector<std::uint8_t>& padded,
+                  std::uint16_t* to) {
+  padded.resize(static_cast<std::size_t>(width + 4));
+  std::fill_n(padded.begin(), 2, row[0]);
+  std::copy_n(row, width, padded.begin() + 2);
+  std::fill_n(padded.end() - 2, 2, row[width - 1]);
+  const std::uint8_t* from = padded.data();
+  for (int x = 0; x < width; ++x)
+    to[x] = static_cast<std::uint16_t>(from[x] + from[x + 4] + 4 * (from[x + 1] + from[x + 3]) +
+                                       6 * from[x + 2]);
+}
+
+// Smooths with that filter in both directions: a Gaussian of 1 px. Sums of 8-bit levels fit into 16
+// bits, of which compilers make short loops.
 ImageF smoothed(const ImageView8& image) {
   const int width = image.width(), height = image.height();
-  ImageF across(image.size()), result(image.size());
-  std::vector<float> padded(static_cast<std::size_t>(width + 4));
-  // numeric: binomial coefficients
-  const auto weighted = [](float a, float b, float c, float d, float e) {
-    return (a + e + 4.F * (b + d) + 6.F * c) / 16.F;
-  };
+  ImageF result(image.size());
+  LastRows<std::uint16_t> across(width);
+  std::vector<std::uint8_t> padded;
+  int next = 0;
   for (int y = 0; y < height; ++y) {
-    std::fill_n(padded.begin(), 2, image(0, y));
-    std::copy_n(image.row(y), width, padded.begin() + 2);
-    std::fill_n(padded.end() - 2, 2, image(width - 1, y));
-    const float* from = padded.data();
-    float* to = across.row(y);
-    for (int x = 0; x < width; ++x)
-      to[x] = weighted(from[x], from[x + 1], from[x + 2], from[x + 3], from[x + 4]);
-  }
-  for (int y = 0; y < height; ++y) {
+    for (; next <= std::min(y + 2, height - 1); ++next)
+      smooth_along(image.row(next), width, padded, across.row(next));
     const auto row = [&](int i) { return across.row(std::clamp(i, 0, height - 1)); };
-    const float *a = row(y - 2), *b = row(y - 1), *c = row(y), *d = row(y + 1), *e = row(y + 2);
+    const std::uint16_t *a = row(y - 2), *b = row(y - 1), *c = row(y), *d = row(y + 1),
+                        *e = row(y + 2);
     float* to = result.row(y);
-    for (int x = 0; x < width; ++x) to[x] = weighted(a[x], b[x], c[x], d[x], e[x]);
+    for (int x = 0; x < width; ++x) {
+      const auto sum = static_cast<std::uint16_t>(a[x] + e[x] + 4 * (b[x] + d[x]) + 6 * c[x]);
+      to[x] = static_cast<float>(sum) / 256.F;  // numeric: sum of both filters' weights
+    }
   }
   return result;
 }
@@ -57,18 +80,15 @@ inline Hessian hessian(const float* a, const float* b, const float* c) {
           a[0] - two * b[0] + c[0]};
 }
 
-// Saddle strength: minus the determinant of the Hessian; zero at the picture's border.
-ImageF saddles(const ImageF& image) {
-  ImageF result(image.size());
-  for (int y = 1; y + 1 < image.height(); ++y) {
-    const float *a = image.row(y - 1), *b = image.row(y), *c = image.row(y + 1);
-    float* to = result.row(y);
-    for (int x = 1; x + 1 < image.width(); ++x) {
-      const Hessian h = hessian(a + x, b + x, c + x);
-      to[x] = std::max(0.F, h.xy * h.xy - h.xx * h.yy);
-    }
+// Saddle strength of a row: minus the determinant of the Hessian; zero at the picture's border.
+void saddles(const ImageF& image, int y, float* to) {
+  std::fill_n(to, image.width(), 0.F);
+  if (y == 0 || y + 1 == image.height()) return;
+  const float *a = image.row(y - 1), *b = image.row(y), *c = image.row(y + 1);
+  for (int x = 1; x + 1 < image.width(); ++x) {
+    const Hessian h = hessian(a + x, b + x, c + x);
+    to[x] = std::max(0.F, h.xy * h.xy - h.xx * h.yy);
   }
-  return result;
 }
 
 // Precondition: the place is in the picture, a pixel from its right and lower edge.
@@ -147,35 +167,55 @@ Vector2d saddle_point(const ImageF& image, int x, int y) {
   return Vector2d(x, y) + step.cwiseMax(-1.0).cwiseMin(1.0);
 }
 
-bool is_peak(const ImageF& strength, int x, int y) {
-  const float here = strength(x, y);
+using Strengths = LastRows<float>;
+
+bool is_peak(const Strengths& strength, int x, int y) {
+  const float here = strength.row(y)[x];
   for (int v = -2; v <= 2; ++v)
-    for (int u = -2; u <= 2; ++u)
-      if ((u != 0 || v != 0) && (strength(x + u, y + v) > here ||
-                                 (strength(x + u, y + v) == here && (v < 0 || (v == 0 && u < 0)))))
+    for (int u = -2; u <= 2; ++u) {
+      const float there = strength.row(y + v)[x + u];
+      if ((u != 0 || v != 0) && (there > here || (there == here && (v < 0 || (v == 0 && u < 0)))))
         return false;
+    }
   return true;
+}
+
+// Calls visit(x) for the pixels of a row that are as strong as `least`, but for 3 px at its ends.
+template <typename Visit>
+void visit_strong(const float* row, int width, float least, const Visit& visit) {
+  constexpr int kAtOnce = 32;  // numeric: pixels that are compared without a branch
+  const int last = width - 3;
+  for (int begin = 3; begin < last; begin += kAtOnce) {
+    const int end = std::min(begin + kAtOnce, last);
+    int count = 0;
+    for (int x = begin; x < end; ++x) count += row[x] >= least ? 1 : 0;
+    if (count == 0) continue;
+    for (int x = begin; x < end; ++x)
+      if (row[x] >= least) visit(x);
+  }
 }
 
 }  // namespace
 
 std::vector<Junction> find_junctions(const ImageView8& image) {
   const ImageF smooth = smoothed(image);
-  const ImageF strength = saddles(smooth);
+  Strengths strength(image.width());
   const auto least = static_cast<float>(std::pow(kMinStrength, 2));
   std::vector<Junction> junctions;
+  int next = 0;
   for (int y = 3; y + 3 < image.height(); ++y) {
-    for (int x = 3; x + 3 < image.width(); ++x) {
-      if (strength(x, y) < least || !is_peak(strength, x, y)) continue;
+    for (; next <= y + 2; ++next) saddles(smooth, next, strength.row(next));
+    visit_strong(strength.row(y), image.width(), least, [&](int x) {
+      if (!is_peak(strength, x, y)) return;
       const Vector2d at = saddle_point(smooth, x, y);
       for (const double radius : policy::kJunctionRadiiPx) {
         auto junction = junction_on_circle(smooth, at, radius);
         if (!junction) continue;
-        junction->strength = std::sqrt(strength(x, y));
+        junction->strength = std::sqrt(strength.row(y)[x]);
         junctions.push_back(*junction);
         break;
       }
-    }
+    });
   }
   std::ranges::stable_sort(junctions, std::ranges::greater(), &Junction::strength);
   return junctions;

@@ -8,7 +8,6 @@ std::optional<TargetMistake> grid_size_mistake(const SeenChecker& seen, const Bo
   if (seen.answer != CheckerAnswer::other_grid) return std::nullopt;
   const Checkerboard squares = checkers(board).value();
   const auto [columns, rows] = size_beside(seen.size, squares);
-  if (std::min(columns, rows) < 2) return std::nullopt;
   TargetMistake mistake{"wrong size of grid", "", true};
   if (columns == squares.columns - 1 && rows == squares.rows - 1) {
     mistake.sentence = fmt::format(

@@ -286,6 +286,19 @@ inline constexpr double kMaxMoveShare = 1.0 / 3;
 // board's line): with fewer the line is not the board's. Source: x0.7: corners -0.5 %, errors
 // +0.1 %, -54 beyond 5 sd; x1.4: nothing.
 inline constexpr double kMinLineShare = 0.3;
+// Squares of a grid that must have all four corners: more than this share of those within it, or
+// more than this number. Source: 160 pictures of noise, blocks and print have up to 6 in sparser
+// grids that pass the tests below; rendered boards have 0.67 of theirs and more, boards partly
+// hidden 9 and more.
+inline constexpr double kMinSquaresShare = 0.5;
+inline constexpr double kEnoughSquares = 8;
+// Share of the contrast of neighbouring squares by which squares of one colour may differ, on
+// average. Source: noise of kTagMaxNoiseShare makes 0.17 of it; rendered and real boards have up to
+// 0.13, the tags and small squares of an AprilGrid 0.25 to 0.4.
+inline constexpr double kMaxLikeSquaresShare = 0.25;
+// The same of a square's middle and the places halfway to its corners. Source: squares of 5 px,
+// blurred by 1.5 px, have 0.28 of it, two crossed sines 0.5.
+inline constexpr double kMaxWithinSquareShare = 1.0 / 3;
 // Squares beyond the next junction that are fitted with a corner: pixels before them are then
 // known. Source: 3 spreads of 0.9 px for squares of 10 px.
 inline constexpr double kCheckerBeyond = 0.3;

@@ -59,7 +59,7 @@ TagFitter::TagFitter(const TagRegion& region, const TagCorners& start, const Tag
 std::vector<FitStage> TagFitter::rough_stages() const {
   std::vector<FitStage> stages;
   if (region_.corner) {
-    const int last = is_quick() ? 2 : 3;
+    const int last = is_quick() || options_.is_near ? 2 : 3;
     for (int quarters = options_.is_near ? last : 1; quarters <= last; ++quarters)
       stages.push_back({.max_steps = options_.is_near ? 1 : kMaxInWindow,
                         .is_rough = true,

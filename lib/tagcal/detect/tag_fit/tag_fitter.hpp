@@ -34,6 +34,8 @@ struct TagPatch {
 
   const float* row(int y) const { return levels.data() + static_cast<std::ptrdiff_t>(y) * width; }
   float at(int x, int y) const { return row(y)[x]; }
+  // Number of residuals by pixels, and of zeros behind them.
+  int room_for_residuals() const;
 };
 
 // Pixels [begin, end) of a row.
@@ -240,7 +242,7 @@ class TagFitter {
   TagProducts products_;
   std::array<FlatPixels, 2> flat_;    // at the present parameters
   std::optional<LightSums> light_;    // if wanted
-  Eigen::VectorXf border_residuals_;  // by pixels of the patch; zero elsewhere
+  Eigen::VectorXf border_residuals_;  // by pixels of the patch; zero elsewhere and behind them
   double noise_factor_ = 1;
   TagSums sums_;
   double damping_ = 0;  // Levenberg and Marquardt's

@@ -16,11 +16,43 @@ using namespace tag_parameter;
 // px. Between pixels whose noise may be correlated, in x and y: by a filter of 3x3 pixels, as for a
 // mosaic, as a limit of work.
 constexpr int kCorrelatedPx = 2;
+constexpr int kNumOffsets = (kCorrelatedPx + 1) * (2 * kCorrelatedPx + 1) - kCorrelatedPx - 1;
 // numeric: change of a tag's distance over half its side, as a share, from which on terms of light
 // are tried whatever the residuals are, as a limit of work
 constexpr double kTilted = 0.06;
 
+// From a pixel to those after it in rows whose noise may be correlated with its own.
+std::array<Eigen::Vector2i, kNumOffsets> correlated_offsets() {
+  std::array<Eigen::Vector2i, kNumOffsets> offsets;
+  std::size_t k = 0;
+  for (int dy = 0; dy <= kCorrelatedPx; ++dy)
+    for (int dx = dy == 0 ? 1 : -kCorrelatedPx; dx <= kCorrelatedPx; ++dx) offsets[k++] = {dx, dy};
+  return offsets;
+}
+
+// Sums of the products of values so many places apart, in one pass over the few that are not zero.
+// Precondition: the last values, as many as the largest distance and three, are zero.
+std::array<double, kNumOffsets> products_apart(const Eigen::VectorXf& values,
+                                               const std::array<Eigen::Index, kNumOffsets>& apart) {
+  std::array<Eigen::Array4f, kNumOffsets> sums;
+  sums.fill(Eigen::Array4f::Zero());
+  const Eigen::Index end = values.size() - apart.back() - 3;
+  for (Eigen::Index i = 0; i < end; i += 4) {
+    const Eigen::Array4f here = values.segment<4>(i);
+    if ((here == 0).all()) continue;
+    for (std::size_t k = 0; k < apart.size(); ++k)
+      sums[k] += here * values.segment<4>(i + apart[k]).array();
+  }
+  std::array<double, kNumOffsets> result;
+  std::ranges::transform(sums, result.begin(), [](const auto& sum) -> double { return sum.sum(); });
+  return result;
+}
+
 }  // namespace
+
+int TagPatch::room_for_residuals() const {
+  return width * height + kCorrelatedPx * (width + 1) + 3;
+}
 
 double TagSums::variance(double left) const {
   return std::max(kBoxVariance, left / std::max(1, num_pixels - kCount));
@@ -161,17 +193,19 @@ double TagFitter::noise_factor() const {
   const double lost = 8 / n;
   const double square = r.cast<double>().squaredNorm() / (n - 8);
   double sum = 1, variance = 2 / n;
-  for (int dy = 0; dy <= kCorrelatedPx; ++dy) {
-    for (int dx = dy == 0 ? 1 : -kCorrelatedPx; dx <= kCorrelatedPx; ++dx) {
-      const Eigen::Vector2d d(dx, dy);
-      const double c = (std::exp(-std::pow(across_columns.dot(d), 2) / (4 * spread2)) +
-                        std::exp(-std::pow(across_rows.dot(d), 2) / (4 * spread2))) /
-                       2;
-      const Eigen::Index apart = dy * patch_.width + dx;
-      const double product = r.head(r.size() - apart).dot(r.tail(r.size() - apart));
-      sum += 2 * c * (product / n / square + lost * c);
-      variance += 4 * c * c / n;
-    }
+  static const std::array<Eigen::Vector2i, kNumOffsets> kOffsets = correlated_offsets();
+  std::array<Eigen::Index, kNumOffsets> apart;
+  std::ranges::transform(kOffsets, apart.begin(), [&](const Eigen::Vector2i& offset) {
+    return offset.y() * patch_.width + offset.x();
+  });
+  const std::array<double, kNumOffsets> products = products_apart(r, apart);
+  for (std::size_t k = 0; k < kOffsets.size(); ++k) {
+    const Eigen::Vector2d d = kOffsets[k].cast<double>();
+    const double c = (std::exp(-std::pow(across_columns.dot(d), 2) / (4 * spread2)) +
+                      std::exp(-std::pow(across_rows.dot(d), 2) / (4 * spread2))) /
+                     2;
+    sum += 2 * c * (products[k] / n / square + lost * c);
+    variance += 4 * c * c / n;
   }
   const double factor = sum * square / last_.variance;
   return std::max(1.0, factor - policy::kNoiseSureSds * std::sqrt(variance));

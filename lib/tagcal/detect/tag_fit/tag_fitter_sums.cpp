@@ -83,7 +83,7 @@ void TagFitter::add_block(TagBlock& block) {
 void TagFitter::select() {
   blocks_.clear();
   open_ = {};
-  if (!stage_.is_rough) border_residuals_.setZero(patch_.width * patch_.height);
+  if (!stage_.is_rough) border_residuals_.setZero(patch_.room_for_residuals());
   std::array<TagFlatSums, 2> flat{};
   for (int row = 0; row < patch_.height; row += stage_.row_step) select_row(row, flat);
   selected_flat_ = {FlatPixels(flat[0]), FlatPixels(flat[1])};

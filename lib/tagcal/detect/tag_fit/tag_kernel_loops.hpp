@@ -298,9 +298,9 @@ inline void select_with(const TagTable& table, const TagPixelRow& row, TagFlatSu
     store(row.num_felt + c, of_columns > of_rows ? of_columns : of_rows);
     store(row.seen + c, kind);
     const IntPack is_black = kind == kSeenBlack, is_white = kind == kSeenWhite;
-    if (!any_set(is_black | is_white)) continue;
+    if (any_set(is_black)) add_flat<kLight>(is_black, raw_x, raw_y, level - table.black, sums[0]);
+    if (!any_set(is_white)) continue;
     const Pack contrast = table.gain + table.gain_by_x * raw_x + table.gain_by_y * raw_y;
-    add_flat<kLight>(is_black, raw_x, raw_y, level - table.black, sums[0]);
     add_flat<kLight>(is_white, raw_x, raw_y, level - table.black - contrast, sums[1]);
   }
   for (int colour = 0; colour < 2; ++colour)
