@@ -85,11 +85,12 @@ def with_block(text: str, piece: Piece, block: str, stamp: Stamp) -> str:
 
 def run(piece: Piece) -> None:
     work, out = WORK / piece.name, WORK / piece.name / "out"
-    if (work / "version").is_file() and (work / "version").read_text() != version().version:
-        shutil.rmtree(work)  # rows of another version do not count
-    work.mkdir(parents=True, exist_ok=True)
     stamp = version()
-    (work / "version").write_text(stamp.version)
+    begun = work / "version"  # of a run that has not ended
+    if not begun.is_file() or begun.read_text() != stamp.version:
+        shutil.rmtree(work, ignore_errors=True)  # rows of another version do not count
+    work.mkdir(parents=True, exist_ok=True)
+    begun.write_text(stamp.version)
     command = piece.command.replace("{out}", str(out)).replace("{work}", str(work))
     path = f'PATH="{ROOT}/build/release/tools:$PATH"; set -euo pipefail; '
     done = subprocess.run(["bash", "-c", path + command], cwd=ROOT, stdout=subprocess.PIPE, text=True)
@@ -108,7 +109,7 @@ def run(piece: Piece) -> None:
             if file.suffix != ".svg" and file.name != "trials.csv":
                 shutil.copy(file, page.parent)
         page.write_text(page.read_text().rstrip() + "\n\n" + stamp.line(piece.name) + "\n")
-    (work / "version").unlink()
+    begun.unlink()
 
 
 def version() -> Stamp:
