@@ -64,6 +64,14 @@ def prove() -> None:
     piece = pages.Piece("a_b", place, "block", "true", [])
     made = pages.with_block(right, piece, "2\n", pages.Stamp("4567def", "2026-02-01"))
     assert made == right.replace("\n1\n", "\n2\n").replace("0123abc of 2026-01-31", "4567def of 2026-02-01")
+    with tempfile.TemporaryDirectory() as folder:
+        rows = Path(folder) / "a_b/rows.csv"
+        for version, ends, kept in (("1", False, False), ("1", True, True), ("1", False, False), ("2", False, False)):
+            begun = pages.begin(rows.parent, version)
+            assert rows.exists() == kept, "rows of a run that ended, or of another version, do not count"
+            rows.write_text("1")
+            if ends:
+                begun.unlink()
 
 
 def main() -> int:

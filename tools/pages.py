@@ -83,14 +83,20 @@ def with_block(text: str, piece: Piece, block: str, stamp: Stamp) -> str:
     return text[:begin] + f"\n\n{block.strip()}\n\n" + stamp.line(piece.name) + text[old.end():]
 
 
+def begin(work: Path, version: str) -> Path:
+    """A folder that has the rows of a run of this version that did not end, and no others."""
+    begun = work / "version"
+    if not begun.is_file() or begun.read_text() != version:
+        shutil.rmtree(work, ignore_errors=True)
+    work.mkdir(parents=True, exist_ok=True)
+    begun.write_text(version)
+    return begun
+
+
 def run(piece: Piece) -> None:
     work, out = WORK / piece.name, WORK / piece.name / "out"
     stamp = version()
-    begun = work / "version"  # of a run that has not ended
-    if not begun.is_file() or begun.read_text() != stamp.version:
-        shutil.rmtree(work, ignore_errors=True)  # rows of another version do not count
-    work.mkdir(parents=True, exist_ok=True)
-    begun.write_text(stamp.version)
+    begun = begin(work, stamp.version)
     command = piece.command.replace("{out}", str(out)).replace("{work}", str(work))
     path = f'PATH="{ROOT}/build/release/tools:$PATH"; set -euo pipefail; '
     done = subprocess.run(["bash", "-c", path + command], cwd=ROOT, stdout=subprocess.PIPE, text=True)
