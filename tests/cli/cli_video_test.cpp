@@ -77,6 +77,8 @@ TEST_F(CliVideo, TheReadoutOfARollingShutterIsFound) {
   spill(root() / "scene.yaml", scene);
   ASSERT_EQ(run("render " + path("scene.yaml") + " --force --out " + path("set")).exit_code, 0);
   encode("clip.mkv", "-c:v ffv1 -pix_fmt gray");
+  encode("first.mkv", "-c:v ffv1 -pix_fmt gray -frames:v 12");
+  encode("last.mkv", "-c:v ffv1 -pix_fmt gray -vf trim=start_frame=12,setpts=PTS-STARTPTS");
   const std::string command =
       "calibrate --target " + path("set/target.yaml") + " --shutter rolling ";
   const Outcome out = run(command + path("clip.mkv") + " --json --report " + path("page.html"));
@@ -86,6 +88,11 @@ TEST_F(CliVideo, TheReadoutOfARollingShutterIsFound) {
   EXPECT_LT(readout["sigma_ms"], 0.5);
   EXPECT_NE(slurp(root() / "page.html").find(R"("readout":{"ms":)"), std::string::npos);
   EXPECT_NE(run(command + path("clip.mkv")).out.find("\nreadout    "), std::string::npos);
+  // Two videos whose times are the same.
+  const Outcome pieces = run(command + "--json " + path("first.mkv") + " " + path("last.mkv"));
+  ASSERT_EQ(pieces.exit_code, 0) << pieces.err << pieces.out;
+  const auto of_both = nlohmann::json::parse(pieces.out)["readout"];
+  EXPECT_NEAR(of_both["ms"], 20, 3 * of_both["sigma_ms"].get<double>());
   const Outcome pictures = run(command + path("set/images"));
   EXPECT_EQ(pictures.exit_code, 2);
   EXPECT_NE(pictures.err.find("--shutter rolling: needs a time for each picture"),

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <set>
 #include <utility>
 
@@ -12,10 +13,13 @@
 #include "job/progress.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/findings.hpp"
+#include "tagcal/io/sequence_file.hpp"
 
 namespace tagcal::tools {
 
 namespace {
+
+namespace fs = std::filesystem;
 
 // The folders of the pictures, view by view, if they are in several: the pictures of each are
 // compared with the others.
@@ -41,9 +45,18 @@ void check_times(const CalibrationJob& job, const Input& input) {
         "--shutter rolling: needs a time for each picture, as frames of a video or bag have");
 }
 
+// The times of the views. Those of each video or bag have their own day: its frames are no
+// neighbours of another one's.
 std::vector<double> times_of(const Input& input) {
+  constexpr double kDay = 86400;  // numeric: longer than a video
+  std::map<fs::path, double> days;
   std::vector<double> times_s;
-  for (const View& view : input.dataset.views) times_s.push_back(input.times_s.at(view.image));
+  for (const View& view : input.dataset.views) {
+    const fs::path sequence = frame_of(input.files.at(view.image))->sequence;
+    const double day =
+        days.try_emplace(sequence, kDay * static_cast<double>(days.size())).first->second;
+    times_s.push_back(day + input.times_s.at(view.image));
+  }
   return times_s;
 }
 
