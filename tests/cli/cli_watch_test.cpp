@@ -29,6 +29,20 @@ TEST(FolderFollower, AFileIsReadyOnceItRests) {
   EXPECT_EQ(follower.look({{"a", stamp(9, 1)}}).ready, Names{"a"});
 }
 
+// So that no timeout ends before it is read, however slow the looks are.
+TEST(FolderFollower, AwaitsNewFilesUntilTheyRest) {
+  FolderFollower follower;
+  const FolderListing one{{"a.png", FileStamp{10, {}}}};
+  EXPECT_FALSE(follower.awaits());
+  follower.look(one);
+  EXPECT_TRUE(follower.awaits());
+  EXPECT_EQ(follower.look(one).ready.size(), 1u);
+  EXPECT_FALSE(follower.awaits());
+  follower.set_aside("a.png");
+  follower.recall_set_aside();
+  EXPECT_FALSE(follower.awaits());
+}
+
 TEST(FolderFollower, TheOldestComesFirst) {
   FolderFollower follower;
   const FolderListing listing = {{"a", stamp(1, 9)}, {"b", stamp(1, 3)}, {"c", stamp(1, 9)}};

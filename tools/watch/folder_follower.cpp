@@ -69,6 +69,12 @@ FolderFollower::Events FolderFollower::look(const FolderListing& listing) {
   return events;
 }
 
+bool FolderFollower::awaits() const {
+  return std::ranges::any_of(files_, [](const auto& entry) {
+    return entry.second.state == State::settling && !entry.second.was_ready;
+  });
+}
+
 bool FolderFollower::postpone(const std::string& name) {
   const auto at = files_.find(name);
   if (at == files_.end()) return false;

@@ -37,6 +37,9 @@ class FolderFollower {
   // it: a file that is replaced, or a folder that is being deleted, does not count as removed.
   Events look(const FolderListing& listing);
 
+  // True if a new file was seen that is not known to be at rest yet.
+  bool awaits() const;
+
   // A ready file that cannot be read: it is ready again at the next look, and after kPatientLooks
   // only once it is written again. Returns true once for each file that stays unreadable so long.
   bool postpone(const std::string& name);

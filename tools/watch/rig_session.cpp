@@ -78,6 +78,7 @@ RigSession::End RigSession::step() {
     if (!listing) continue;
     camera.missed_looks = 0;
     has_changed |= take(camera, camera.follower.look(*listing));
+    if (camera.follower.awaits()) last_change_ = std::chrono::steady_clock::now();
   }
   if (has_changed) {
     recalibrate();

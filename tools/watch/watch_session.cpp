@@ -96,7 +96,7 @@ WatchSession::End WatchSession::step() {
     missed_looks_ = 0;
     tell_unread();
     const bool has_changed = take(follower_.look(*listing));
-    if (has_changed) last_change_ = std::chrono::steady_clock::now();
+    if (has_changed || follower_.awaits()) last_change_ = std::chrono::steady_clock::now();
     quiet_looks_ = has_changed || !has_video_ended() ? 0 : quiet_looks_ + 1;
   } else if (++missed_looks_ >= kMissedLooks) {
     return End::gone;
