@@ -15,9 +15,10 @@ namespace {
 
 constexpr double kGrossHandeyeDegrees = 5;  // of a rotation, beyond which an answer is a failure
 
-void add_panel(const std::string& title, const HandeyeKind& kind, ChartStudy& study) {
+void add_panel(const std::string& page, const std::string& title, const HandeyeKind& kind,
+               ChartStudy& study) {
   StudyPanel panel;
-  panel.panel = {"", "camera in hand", title, {"MATLAB: not free"}};
+  panel.panel = {page, "", title, {"MATLAB: not free"}};
   const auto methods = handeye_methods();
   panel.methods = study.numbers_of(methods);
   panel.draw = [kind, methods](Random& random) {
@@ -46,14 +47,14 @@ ChartStudy handeye_chart(bool quick) {
   study.trials = 200;
   study.quick_trials = 4;
   for (const int num_poses : quick ? std::vector<int>{5} : std::vector<int>{3, 5, 10, 30, 100})
-    add_panel(fmt::format("{} poses, robot 1 mm, 0.11 deg", num_poses), {.num_poses = num_poses},
+    add_panel("robot 1 mm, 0.11 deg", fmt::format("{} poses", num_poses), {.num_poses = num_poses},
               study);
   if (quick) return study;
   for (const double degrees : {2.0, 10.0})
-    add_panel(fmt::format("15 poses, spread of axes {:g} deg", degrees),
+    add_panel("15 poses", fmt::format("spread of axes {:g} deg", degrees),
               {.axis_spread_rad = internal::radians(degrees)}, study);
   for (const double noise : {0.0, 3.0})
-    add_panel(fmt::format("15 poses, robot {:g} mm, {:g} deg", noise, noise / 6),
+    add_panel("15 poses", fmt::format("robot {:g} mm, {:g} deg", noise, noise / 6),
               {.robot_sigma_m = 1e-3 * noise, .robot_sigma_rad = internal::radians(noise / 6)},
               study);
   return study;
