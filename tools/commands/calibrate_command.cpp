@@ -316,7 +316,7 @@ void add_corners_and_frames(CLI::App& command, Arguments& arguments) {
       .seldom();
 }
 
-// What the rows of a frame are.
+// The readout of a rolling shutter.
 void add_shutter(CLI::App& command, Arguments& arguments) {
   add_option(command, "--shutter", arguments.shutter,
              "of a video or bag: rolling estimates how long the rows take, from all frames; "

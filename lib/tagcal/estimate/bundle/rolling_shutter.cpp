@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
-#include <tuple>
 
 #include "tagcal/estimate/bundle/observability.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
@@ -131,7 +129,7 @@ class EffectLikelihood {
     const ViewProblem& view = solved.corrected(v, buffer);
     const auto seen = reprojection(view, lens, {}, solved.camera_from_target[v]);
     if (!seen) return;
-    // Where corners are projected: the noise of observed ones would explain itself.
+    // The places of projected corners: those of observed ones have the noise of the residuals.
     const auto error_px = residuals_px(view.correspondences, lens, solved.camera_from_target[v]);
     const Vector2d centre = image_centre(size_);
     const ViewRowTerms twists = solved.row_prior(v);

@@ -312,7 +312,7 @@ Result readout_not_observable(const Solved& s) {
         code::readout_not_observable,
         "no picture has two neighbours in steps of " + with_digits(policy::kNeighbourSeconds, 2) +
             " s or less, which show the velocity of the camera: take all frames of a video");
-  // That a readout ends before the next picture begins is known anyway: the standard deviation of
+  // A readout ends before the next picture begins: without data its standard deviation is that of
   // a uniform variable.
   const double period_s = shortest_step(times_s);
   if (readout->sigma_s < period_s / std::sqrt(12)) return std::nullopt;
