@@ -168,11 +168,16 @@ void bind_camera_file(py::module_& m) {
       .field("image", &ImagePose::image, "The name of the picture.")
       .field("camera", &ImagePose::camera, "The number of the camera in its file.")
       .field("camera_from_world", &ImagePose::camera_from_world, "The Pose.")
+      .field("time_s", &ImagePose::time_s,
+             "Unix time, or since the first frame of a video; None: not known.")
+      .field("findings", &ImagePose::findings, "Of the pose: `write_camera` to MCAP has them.")
       .representation([](const ImagePose& pose) { return "\"" + pose.image + "\""; })
-      .def(py::init([](const std::string& image, const PoseLike& pose, std::size_t camera) {
-             return ImagePose{image, camera, pose_of(pose, "camera_from_world")};
+      .def(py::init([](const std::string& image, const PoseLike& pose, std::size_t camera,
+                       const std::optional<double>& time_s) {
+             return ImagePose{image, camera, pose_of(pose, "camera_from_world"), time_s};
            }),
-           py::arg("image"), py::arg("camera_from_world"), py::arg("camera") = 0);
+           py::arg("image"), py::arg("camera_from_world"), py::arg("camera") = 0,
+           py::arg("time_s") = py::none());
   Record<CameraFile>(m, "CameraFile", "What a file of cameras holds.")
       .field("format", &CameraFile::format, "A name of `camera_formats()`.")
       .field("cameras", &CameraFile::cameras, "One FileCamera or more.")
@@ -190,6 +195,7 @@ void bind_camera_file(py::module_& m) {
       .field("program", &CameraFormat::program, "The program, and its file.")
       .field("lenses", &CameraFormat::lenses, "That are read and written.")
       .field("several", &CameraFormat::several, "True if a file holds several cameras.")
+      .field("only_written", &CameraFormat::only_written, "True if files of it are not read.")
       .representation([](const CameraFormat& f) { return std::string(f.name); });
 }
 

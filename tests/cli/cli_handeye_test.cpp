@@ -58,6 +58,25 @@ TEST_F(CliHandeyePoses, FindTheCameraInTheHand) {
   EXPECT_EQ(handeye_of(poses_).out.find("px"), std::string::npos);
 }
 
+TEST_F(CliHandeyePoses, TheirTimesAreThoseOfTheRobot) {
+  const Json by_name = Json::parse(handeye_of(poses_, "--json").out);
+  // The same by times: that of picture k is k seconds.
+  robot_.replace(0, std::string("image").size(), "time_s");
+  robot_ = std::regex_replace(robot_, std::regex("\n0*(\\d+)\\.png"), "\n$1");
+  const Outcome without = handeye_of(poses_, "--json");
+  EXPECT_EQ(without.exit_code, 2);
+  EXPECT_NE(without.err.find("give the pictures' times with --times"), std::string::npos);
+  Json timed = Json::parse(poses_);
+  for (Json& view : timed["views"]) view["time_s"] = std::stod(view["image"].get<std::string>());
+  const Outcome out = handeye_of(timed.dump(), "--json");
+  ASSERT_EQ(out.exit_code, 0) << out.err;
+  const Json answer = Json::parse(out.out);
+  const Vector6d step =
+      minus(pose_in(answer["mount_from_camera"]), pose_in(by_name["mount_from_camera"]));
+  for (int i = 0; i < 6; ++i)
+    EXPECT_LT(std::abs(step[i]), 2 * std::sqrt(by_name["covariance"][i][i].get<double>())) << i;
+}
+
 TEST_F(CliHandeyePoses, RefuseBadInputInOneLine) {
   const auto refuses = [&](const std::string& poses, const std::string& part,
                            const std::string& more = "") {

@@ -52,7 +52,8 @@ std::vector<std::string> foreign_lines(const std::string& err) {
   for (std::string line; std::getline(lines, line);) {
     bool own = line.empty();
     // Messages, files, and summaries beside a result on stdout.
-    for (const char* start : {"tagcal: ", "wrote ", "OK", "PARTLY: ", "NOTHING FOUND: "})
+    for (const char* start :
+         {"tagcal: ", "wrote ", "OK", "PARTLY: ", "NOTHING FOUND: ", "0 of 1 view "})
       own = own || line.starts_with(start);
     if (!own) foreign.push_back(line);
   }

@@ -49,7 +49,7 @@ bool are_equal(const CameraFile& a, const CameraFile& b) {
 void check_copy(const std::filesystem::path& out, const CameraFile& camera,
                 std::string_view format) {
   if (!fuzz::is_accepted([&] { write_camera_file(out, camera, format); })) return;
-  if (format == "tum") return;  // written only
+  if (std::ranges::find(camera_formats(), format, &CameraFormat::name)->only_written) return;
   bool is_same = true;
   const bool is_read = fuzz::is_accepted([&] {
     const CameraFile again = read_camera_file(out);

@@ -126,6 +126,7 @@ OUTPUTS = {
     ("reproject", "--out"): "reproject photo.png --camera camera.yaml --undistort all --out {file}",
     ("reproject", "--rectify"): "reproject photo.png other.png --camera chain.yaml --cameras cam0,cam1 "
                                 "--rectify {file}",
+    ("pose", "--out"): "pose set --observations corners.csv --camera camera.yaml --out {file}.csv",
     ("triangulate", "--out"): "triangulate pixels_of_rig.csv --camera chain.yaml --out {file}",
     ("project", "--out"): "project points.csv --camera camera.yaml --out {file}",
     ("unproject", "--out"): "unproject pixels.csv --camera camera.yaml --out {file}",

@@ -99,7 +99,7 @@ void add_robot(CLI::App& command, Arguments& arguments) {
       .one_of({"hand", "base"})
       .text("HOW");
   add_option(command, "--times", arguments.times,
-             "times of the pictures (image,time_s), if poses have times")
+             "times of the pictures (image,time_s), if poses have times and pictures have none")
       .text("CSV");
   add_option(command, "--time-offset", arguments.time_offset,
              "find: estimate what the pictures' times lack; 0 (the default): refuse clocks that "

@@ -79,6 +79,8 @@ HandeyeInput read_pictures(const HandeyeArguments& arguments) {
     if (view.observations.empty()) continue;
     read.views.push_back(
         {view.image, view_correspondences(view, points, camera.camera_error_px), {}, {}});
+    if (const auto time = input.times_s.find(view.image); time != input.times_s.end())
+      read.views.back().time_s = time->second;
   }
   return read;
 }
@@ -110,6 +112,7 @@ HandeyeInput read_rig_poses(const HandeyeArguments& arguments) {
         const RigPoseEstimate pose =
             estimate_rig_pose(seen_at(data.instants[t], data, known), known, options);
         if (is_answer(pose.rig.status)) read.views[t].poses = pose.parts;
+        read.views[t].time_s = time_of(data.instants[t], data);
       });
   for (std::size_t t = 0; t < read.views.size(); ++t) {
     const auto& views = data.instants[t].view;
@@ -136,6 +139,25 @@ HandeyeInput read_poses(const HandeyeArguments& arguments) {
   return read;
 }
 
+// The pictures' times: those of a file, or their own.
+void add_times(const std::string& robot, const std::string& times, HandeyeInput& input) {
+  if (times.empty()) {
+    if (!std::ranges::all_of(input.views, [](const auto& view) { return view.time_s.has_value(); }))
+      throw Error(
+          fmt::format("{}: has poses by time: give the pictures' times with --times "
+                      "(image,time_s)",
+                      robot));
+    return;
+  }
+  const std::map<std::string, double> times_s = read_picture_times(times);
+  for (HandeyeView& view : input.views) {
+    const auto found = times_s.find(fs::path(view.image).filename().string());
+    if (found == times_s.end())
+      throw Error(fmt::format("{}: has no time of the picture {}", times, view.image));
+    view.time_s = found->second;
+  }
+}
+
 }  // namespace
 
 HandeyeInput read_handeye(const HandeyeArguments& arguments) {
@@ -150,18 +172,7 @@ HandeyeInput read_handeye(const HandeyeArguments& arguments) {
 void add_robot_poses(const std::string& robot, const RobotPoses& poses, const std::string& times,
                      HandeyeInput& input, HandeyeOptions& options) {
   if (!poses.times_s.empty()) {
-    if (times.empty())
-      throw Error(
-          fmt::format("{}: has poses by time: give the pictures' times with --times "
-                      "(image,time_s)",
-                      robot));
-    const std::map<std::string, double> times_s = read_picture_times(times);
-    for (HandeyeView& view : input.views) {
-      const auto found = times_s.find(fs::path(view.image).filename().string());
-      if (found == times_s.end())
-        throw Error(fmt::format("{}: has no time of the picture {}", times, view.image));
-      view.time_s = found->second;
-    }
+    add_times(robot, times, input);
     options.path = RobotPath{poses.times_s, poses.base_from_hand};
     return;
   }

@@ -22,8 +22,8 @@ HandeyeInput read_handeye(const HandeyeArguments& arguments);
 
 // Gives each view the pose of the robot that belongs to its picture: by name (with or without
 // folder and ending), by the order of the numbers in the names, or, of poses with times, by the
-// picture's time of the file `times` (image,time_s): then the path goes to the options. Throws
-// Error: names that are unknown or missing, counts that differ, no times.
+// picture's time, its own or that of the file `times` (image,time_s): then the path goes to the
+// options. Throws Error: names that are unknown or missing, counts that differ, no times.
 void add_robot_poses(const std::string& robot, const RobotPoses& poses, const std::string& times,
                      HandeyeInput& input, HandeyeOptions& options);
 

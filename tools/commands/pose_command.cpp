@@ -18,7 +18,7 @@
 #include "job/outputs.hpp"
 #include "job/progress.hpp"
 #include "job/terminal.hpp"
-#include "report/pose_report.hpp"
+#include "report/pose_files.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/check_camera.hpp"
 #include "tagcal/estimate/findings.hpp"
@@ -45,6 +45,7 @@ struct Arguments {
   double camera_error_px = 0;  // 0: what the camera's file says
   std::vector<std::string> views;
   std::string draw;
+  std::string out;  // .csv, .json, .tum or .mcap
   int threads = 0;
   bool verbose = false;
   bool json = false;
@@ -60,6 +61,8 @@ void check_usage(const Arguments& arguments) {
   if (arguments.rig.empty() && arguments.pair != "name") throw Error("--pair: needs --rig");
   if (arguments.prior_focal_px > 0 && !arguments.unknown_focal)
     throw Error("--prior-focal: needs --unknown-focal");
+  if (!arguments.out.empty())
+    check_pose_file(arguments.out, {!arguments.camera.empty(), !arguments.input.family.empty()});
   const InputArguments& input = arguments.input;
   if (arguments.border_bits > 0 && input.family.empty())
     throw Error("--border-bits: needs --family");
@@ -186,6 +189,8 @@ class Poses {
       reports[i] =
           estimate(problem, options_for(problem, arguments_), camera_, input_.dataset.image_size);
       reports[i].image = views[i].image;
+      if (const auto time = input_.times_s.find(views[i].image); time != input_.times_s.end())
+        reports[i].time_s = time->second;
       if (claim_)
         if (auto finding = contradiction_of_camera(views[i], input_.dataset.boards, *claim_))
           reports[i].findings.push_back(*std::move(finding));
@@ -238,7 +243,7 @@ class Poses {
   TargetPoints points_;
 };
 
-// Prints the reports, and keeps the drawings of answers.
+// Prints the reports, and keeps files and drawings of answers.
 int finish(const Arguments& arguments, const std::vector<PoseReport>& reports,
            OutputFolder* drawings) {
   const auto answers =
@@ -249,20 +254,31 @@ int finish(const Arguments& arguments, const std::vector<PoseReport>& reports,
   }
   print_answer(arguments.json ? pose_json(reports) : pose_text(reports, arguments.verbose),
                arguments.json);
+  if (!arguments.out.empty() && answers > 0) write_poses(arguments.out, arguments.camera, reports);
   print_note("{} of {} with an answer\n", answers,
              counted(reports.size(), arguments.rig.empty() ? "view" : "instant"));
   return answers > 0 ? kAnswer : kNoAnswer;
 }
 
+InputArguments with_out(const Arguments& arguments) {
+  InputArguments input = arguments.input;
+  if (!arguments.out.empty()) input.other_outputs = {arguments.out};
+  return input;
+}
+
 int run_rig(const Arguments& arguments) {
-  const RigInputArguments rig = rig_arguments(arguments.input, arguments.pair, arguments.threads);
+  const RigInputArguments rig =
+      rig_arguments(with_out(arguments), arguments.pair, arguments.threads);
   return finish(arguments, poses_of_rig(rig, arguments.rig, arguments.sigma_px), nullptr);
 }
 
 int run(const Arguments& arguments) {
   check_usage(arguments);
+  check_replaces_nothing(
+      {arguments.out},
+      {arguments.camera, arguments.rig, arguments.camera.substr(0, arguments.camera.rfind(':'))});
   if (!arguments.rig.empty()) return run_rig(arguments);
-  Input input = read_input(arguments.input);
+  Input input = read_input(with_out(arguments));
   choose_views(input, arguments);
   const KnownCamera camera = known_camera(arguments, input);
   std::optional<OutputFolder> folder;
@@ -310,8 +326,7 @@ void add_data(CLI::App& command, Arguments& arguments) {
 
 void add_estimate_and_outputs(CLI::App& command, Arguments& arguments) {
   add_flag(command, "--unknown-focal", arguments.unknown_focal,
-           "estimate the focal length too, of a pinhole with the principal point at the image's "
-           "centre; instead of --camera");
+           "estimate the focal length, too, of a centred pinhole; instead of --camera");
   add_positive(command, "--prior-focal", arguments.prior_focal_px,
                "px, for the pose where the view does not determine it");
   add_positive(
@@ -327,8 +342,12 @@ void add_estimate_and_outputs(CLI::App& command, Arguments& arguments) {
       .text("NAME")
       .repeatable();  // the data set after it is none
   add_option(command, "--draw", arguments.draw,
-             "folder for pictures with the target's axes and a box, of views with an answer")
+             "folder for pictures with the target's axes and a box")
       .text("DIR");
+  add_option(command, "--out", arguments.out,
+             "file for the poses: .csv, .json, .tum, or .mcap for Foxglove and rerun")
+      .text("FILE")
+      .writes_text();
   add_flag(command, "--verbose", arguments.verbose, "also print the rotations and the noise");
   add_flag(command, "--json", arguments.json, "one JSON object on stdout");
   add_threads(command, arguments.threads);

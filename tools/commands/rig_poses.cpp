@@ -49,6 +49,13 @@ RigDataset read_rig_for_poses(const RigInputArguments& arguments) {
   return data;
 }
 
+std::optional<double> time_of(const Instant& instant, const RigDataset& data) {
+  for (std::size_t c = 0; c < data.cameras.size(); ++c)
+    if (const auto& view = instant.view[c]; view && !data.cameras[c].times_s.empty())
+      return data.cameras[c].times_s[*view];
+  return std::nullopt;
+}
+
 std::vector<ViewCorrespondences> seen_at(const Instant& instant, const RigDataset& data,
                                          const KnownRig& rig) {
   std::vector<ViewCorrespondences> seen(data.cameras.size());
@@ -92,6 +99,7 @@ std::vector<PoseReport> poses_of_rig(const RigInputArguments& arguments, const s
     const std::vector<ViewCorrespondences> seen = seen_at(data.instants[t], data, rig);
     reports[t] = report_of(estimate_rig_pose(seen, rig, options), rig, seen);
     reports[t].image = name_of(data.instants[t], data);
+    reports[t].time_s = time_of(data.instants[t], data);
   });
   return reports;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,9 @@ RigDataset read_rig_for_poses(const RigInputArguments& arguments);
 // The corners that each camera of a rig saw at an instant.
 std::vector<ViewCorrespondences> seen_at(const Instant& instant, const RigDataset& data,
                                          const KnownRig& rig);
+
+// By the clock of its first camera that has times; no value if none has.
+std::optional<double> time_of(const Instant& instant, const RigDataset& data);
 
 // The cameras of a rig's file in the order of a data set, matched by name. Throws Error for a
 // camera that the file lacks, or of another image size.

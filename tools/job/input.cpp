@@ -146,13 +146,14 @@ Input read_folder(const InputArguments& arguments) {
   input.warnings = std::move(read.warnings);
   input.observations = read.observations.string();
   input.texts = std::move(read.texts);
+  input.times_s = std::move(read.times_s);
   leave_out(read.unreadable, arguments.strict, read.images.empty(), input.warnings);
   set_images(read.images, input);
   if (!arguments.observations.empty()) {
     input.observations = arguments.observations;
     input.texts.emplace_back(arguments.observations);
-    input.dataset.views =
-        read_observations(arguments.observations, input.dataset.boards, &input.warnings);
+    input.dataset.views = read_observations(arguments.observations, input.dataset.boards,
+                                            &input.warnings, &input.times_s);
   }
   std::erase_if(input.dataset.views,
                 [&](const View& view) { return exclusion.excludes(view.image); });

@@ -45,8 +45,9 @@ struct Input {
   std::string observations;  // the file of the views; "": none
   std::vector<ImageSource> images;
   std::map<std::string, std::filesystem::path> files;  // of the images, by name
-  // Of frames of videos and bags, by the image's name: Unix times of bags (ImageSequence::start_s),
-  // of videos from the first frame on. Ascending with the images of one sequence.
+  // Of frames of videos and bags, and of views whose observations have times, by the image's name:
+  // Unix times of bags (ImageSequence::start_s), of videos from the first frame on. Ascending with
+  // the images of one sequence.
   std::map<std::string, double> times_s;
   std::optional<FrameTally> frames;          // of one video or bag with --frames auto
   std::vector<std::filesystem::path> texts;  // all other files that were read

@@ -100,6 +100,7 @@ Json view_json(const PoseReport& view) {
   const PoseHypothesis* best = view.hypotheses.empty() ? nullptr : &view.hypotheses.front();
   const std::size_t num_inliers = view.corners.size() - view.outliers.size();
   return {{"image", view.image},
+          {"time_s", or_null(view.time_s)},
           {"status", status_name(view.status)},
           {"camera_from_board", best ? shown_pose_json(best->camera_from_target) : Json()},
           {"covariance", best ? matrix_json(best->covariance) : Json()},

@@ -12,6 +12,7 @@ namespace tagcal::tools {
 // The pose of one view, with a known or an unknown focal length.
 struct PoseReport {
   std::string image;
+  std::optional<double> time_s;   // of the picture, as Input::times_s
   std::vector<CornerId> corners;  // observed
   Status status = Status::degenerate;
   std::vector<PoseHypothesis> hypotheses;  // to be shown, best first

@@ -26,6 +26,8 @@ std::vector<HandeyeView> read_pose_file(const std::string& file) {
   std::vector<HandeyeView> views;
   for (const YamlValue& view : YamlValue::read(file).at("views").items(1, kMost)) {
     views.push_back({view.at("image").text(), {}, {}, {}});
+    if (const auto time = view.find("time_s"); time && time->is_number())
+      views.back().time_s = time->number();
     const std::string status = view.at("status").text();
     if (status != status_name(Status::ok) && status != status_name(Status::ambiguous)) continue;
     views.back().poses.push_back(read_seen_pose(view));

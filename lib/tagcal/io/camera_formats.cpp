@@ -11,6 +11,7 @@
 #include "tagcal/io/formats/euroc_format.hpp"
 #include "tagcal/io/formats/format_table.hpp"
 #include "tagcal/io/formats/kalibr_format.hpp"
+#include "tagcal/io/formats/mcap_format.hpp"
 #include "tagcal/io/formats/mrcal_format.hpp"
 #include "tagcal/io/formats/nerfstudio_format.hpp"
 #include "tagcal/io/formats/opencv_format.hpp"
@@ -214,10 +215,19 @@ constexpr FormatRow kRows[] = {
                 .file = "camera_calibration.json"},
      .readers = {{{.has_keys = has_wpilib_keys, .read = by_keys<read_wpilib>}}},
      .write = by_content<write_wpilib>},
+    {.format = {.name = "mcap",
+                .program = "a bag of Foxglove's messages CameraCalibration and FrameTransform, for "
+                           "Foxglove and rerun; written only",
+                .lenses = "as ros",
+                .only_written = true,
+                .file = "poses.mcap",
+                .ending = ".mcap"},
+     .write = by_content<write_mcap>},
     {.format = {.name = "tum",
                 .program = "a trajectory; written only",
                 .lenses = "none: poses only",
                 .only_poses = true,
+                .only_written = true,
                 .file = "poses.tum",
                 .ending = ".tum"},
      .write = by_content<write_tum>},

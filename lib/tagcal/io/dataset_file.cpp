@@ -58,7 +58,8 @@ DatasetFolder read_dataset(const fs::path& folder,
   if (observations) {
     read.observations = folder / observations->text();
     read.texts.push_back(read.observations);
-    dataset.views = read_observations(read.observations, dataset.boards, &read.warnings);
+    dataset.views =
+        read_observations(read.observations, dataset.boards, &read.warnings, &read.times_s);
   }
   if (images) {
     read.images = list_dataset_images(folder / images->text(), *images);

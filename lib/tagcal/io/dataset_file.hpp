@@ -15,6 +15,7 @@ namespace tagcal {
 struct DatasetFolder {
   Dataset dataset;                            // without views if there are only images
   std::filesystem::path observations;         // the file with the views; empty: none
+  std::map<std::string, double> times_s;      // of the views, by image name, where they have one
   std::vector<std::filesystem::path> images;  // of `images: FOLDER`, sorted by name
   std::vector<std::string> unreadable;        // pictures that are not in `images`: file and reason
   std::vector<std::filesystem::path> depths;  // of `depth`, sorted by name
@@ -32,15 +33,16 @@ DatasetFolder read_dataset(
     const std::function<bool(const std::filesystem::path& picture)>& leave_out = {});
 
 // Observations as CSV: `image,tag_id,corner,x_px,y_px[,sxx_px2,sxy_px2,syy_px2][,time_s]`. Views
-// are in the order in which their images first occur in the file. Times are checked, and not kept.
-// Throws Error, naming file, line and column: a wrong header, a wrong number of fields, a value
-// that is no finite number, a corner that is not on the boards, a corner given twice in an image, a
-// covariance that is not positive definite. Also reads, by their content, mrcal's corners.vnl and
-// OpenCV's image_points (corners_file.hpp), for one board that is a checkerboard or points; remarks
-// on them go to `notes` (may be null).
+// are in the order in which their images first occur in the file. `times_s` (may be null) becomes
+// the times of the images that have one. Throws Error, naming file, line and column: a wrong
+// header, a wrong number of fields, a value that is no finite number, a corner that is not on the
+// boards, a corner given twice in an image, a covariance that is not positive definite. Also reads,
+// by their content, mrcal's corners.vnl and OpenCV's image_points (corners_file.hpp), for one board
+// that is a checkerboard or points; remarks on them go to `notes` (may be null).
 std::vector<View> read_observations(const std::filesystem::path& file,
                                     const std::vector<PlacedBoard>& boards,
-                                    std::vector<std::string>* notes = nullptr);
+                                    std::vector<std::string>* notes = nullptr,
+                                    std::map<std::string, double>* times_s = nullptr);
 // `times_s`: of frames of videos and bags, by image name; empty: no such column.
 std::string observations_csv(const std::vector<View>& views,
                              const std::map<std::string, double>& times_s = {});

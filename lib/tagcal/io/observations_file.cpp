@@ -60,6 +60,8 @@ class ObservationReader {
     return std::move(views_);
   }
 
+  const std::map<std::string, double>& times_s() const { return times_s_; }
+
  private:
   [[noreturn]] void fail(const std::string& message) const {
     throw Error(fmt::format("{}: line {}: {}", file_, line_, message));
@@ -139,12 +141,19 @@ class ObservationReader {
     observation.id = corner_id();
     observation.pixel = {number(3), number(4)};
     if (has_covariances_) observation.covariance_px2 = covariance();
-    if (has_times_ && !field(num_columns_ - 1).empty() && !parse_number(field(num_columns_ - 1)))
-      fail(fmt::format("{}: must be a finite number, got {}", kTime,
-                       shown(field(num_columns_ - 1))));
     const std::size_t view = view_of(field(0));
+    if (has_times_ && !field(num_columns_ - 1).empty()) take_time(field(num_columns_ - 1), view);
     views_[view].observations.push_back(observation);
     lines_[view].push_back(line_);
+  }
+
+  void take_time(std::string_view text, std::size_t view) {
+    const auto time = parse_number(text);
+    if (!time) fail(fmt::format("{}: must be a finite number, got {}", kTime, shown(text)));
+    const auto [known, is_new] = times_s_.emplace(views_[view].image, *time);
+    if (known->second != *time)
+      fail(fmt::format("{}: must be {:.6f} as before for this image, got {}", kTime, known->second,
+                       shown(text)));
   }
 
   std::size_t view_of(std::string_view image) {
@@ -183,6 +192,7 @@ class ObservationReader {
   std::size_t num_columns_ = 0;
   bool has_covariances_ = false;
   bool has_times_ = false;
+  std::map<std::string, double> times_s_;
   CsvFields csv_;
 };
 
@@ -190,11 +200,15 @@ class ObservationReader {
 
 std::vector<View> read_observations(const std::filesystem::path& file,
                                     const std::vector<PlacedBoard>& boards,
-                                    std::vector<std::string>* notes) {
+                                    std::vector<std::string>* notes,
+                                    std::map<std::string, double>* times_s) {
   const std::string text = read_plain_text(file);
   if (is_vnl(text)) return read_vnl(text, file.string(), boards, notes);
   if (is_image_points(text)) return read_image_points(text, file.string(), boards, notes);
-  return ObservationReader(file, boards).read(text);
+  ObservationReader reader(file, boards);
+  std::vector<View> views = reader.read(text);
+  if (times_s != nullptr) *times_s = reader.times_s();
+  return views;
 }
 
 std::string observations_csv(const std::vector<View>& views,

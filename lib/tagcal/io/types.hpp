@@ -65,16 +65,19 @@ struct ImagePose {
   std::string image;
   std::size_t camera = 0;  // index in CameraFile::cameras
   Pose camera_from_world;
+  std::optional<double> time_s = std::nullopt;  // Unix time, or since the first frame of a video
+  std::vector<Finding> findings = {};           // of the pose
 };
 
 // A format of files of cameras.
 struct CameraFormat {
-  std::string_view name;     // tagcal, opencv, kalibr, ros, colmap, mrcal, nerfstudio, basalt, tum
+  std::string_view name;     // tagcal, opencv, kalibr, ..
   std::string_view program;  // and file
   std::string_view lenses;   // that are read and written
   bool several = false;      // holds several cameras
   bool pair = false;         // holds one camera, or two and the place of the second
   bool only_poses = false;
+  bool only_written = false;
   bool folder = false;      // of files, unless the name has the ending
   std::string_view file;    // its usual name
   std::string_view ending;  // of names that stand for the format; "": none

@@ -31,4 +31,16 @@ StorageKind storage_kind(std::string_view extension);  // ".xml", ".json"; other
 FormatOutput write_opencv(const CameraFile& file, StorageKind kind, bool as_folder = false);
 FormatOutput write_ros(const CameraFile& file);
 
+// The numbers of ROS' CameraInfo. Without a rectification its matrix is the identity, and the
+// projection that of the camera.
+struct CameraInfo {
+  std::string model;  // plumb_bob, rational_polynomial or equidistant
+  std::vector<double> distortion;
+  Eigen::Matrix<double, 3, 3, Eigen::RowMajor> camera, rectification;
+  Eigen::Matrix<double, 3, 4, Eigen::RowMajor> projection;
+};
+
+// Throws Error, with the format's name, for lenses that it lacks.
+CameraInfo camera_info(const FileCamera& camera, std::string_view format);
+
 }  // namespace tagcal::internal

@@ -203,25 +203,30 @@ FormatOutput write_opencv(const CameraFile& file, StorageKind kind, bool as_fold
   return output;
 }
 
+CameraInfo camera_info(const FileCamera& camera, std::string_view format) {
+  const bool fisheye = is_fisheye(camera);
+  const Lens& lens = camera.calibration.camera.lens;
+  if (!fisheye) perspective_numbers(camera, format);
+  CameraInfo info;
+  info.distortion =
+      distortion_of(lens, camera.calibration.model == "opencv8" ? "opencv8" : "opencv5");
+  info.model = fisheye                       ? "equidistant"
+               : info.distortion.size() == 8 ? "rational_polynomial"
+                                             : "plumb_bob";
+  info.camera = camera_matrix(parameters(lens));
+  info.rectification.setIdentity();
+  info.projection << info.camera, Eigen::Vector3d::Zero();
+  if (camera.rectification) {
+    info.rectification = camera.rectification->rotation;
+    info.projection = camera.rectification->projection;
+  }
+  return info;
+}
+
 FormatOutput write_ros(const CameraFile& file) {
   const FileCamera& camera = only_camera(file, "ros");
-  const bool fisheye = is_fisheye(camera);
-  const Camera& c = camera.calibration.camera;
-  if (!fisheye) perspective_numbers(camera, "ros");
-  const std::span<const double> p = parameters(c.lens);
-  const std::vector<double> k =
-      distortion_of(c.lens, camera.calibration.model == "opencv8" ? "opencv8" : "opencv5");
-  const char* const model = fisheye         ? "equidistant"
-                            : k.size() == 8 ? "rational_polynomial"
-                                            : "plumb_bob";
-  const double camera_values[] = {p[0], 0, p[2], 0, p[1], p[3], 0, 0, 1};
-  Eigen::Matrix<double, 3, 3, Eigen::RowMajor> rectification = Eigen::Matrix3d::Identity();
-  Eigen::Matrix<double, 3, 4, Eigen::RowMajor> projection;
-  projection << p[0], 0, p[2], 0, 0, p[1], p[3], 0, 0, 0, 1, 0;
-  if (camera.rectification) {
-    rectification = camera.rectification->rotation;
-    projection = camera.rectification->projection;
-  }
+  const CameraInfo info = camera_info(camera, "ros");
+  const ImageSize& size = camera.calibration.camera.image_size;
   FormatOutput output;
   output.files = {{"", fmt::format("image_width: {}\nimage_height: {}\ncamera_name: {}\n"
                                    "camera_matrix:\n  rows: 3\n  cols: 3\n  data: {}\n"
@@ -229,11 +234,12 @@ FormatOutput write_ros(const CameraFile& file) {
                                    "distortion_coefficients:\n  rows: 1\n  cols: {}\n  data: {}\n"
                                    "rectification_matrix:\n  rows: 3\n  cols: 3\n  data: {}\n"
                                    "projection_matrix:\n  rows: 3\n  cols: 4\n  data: {}\n",
-                                   c.image_size.width, c.image_size.height,
+                                   size.width, size.height,
                                    text_yaml(camera.name.empty() ? "camera" : camera.name),
-                                   dotted_list(camera_values), model, k.size(), dotted_list(k),
-                                   dotted_list(std::span(rectification.data(), 9)),
-                                   dotted_list(std::span(projection.data(), 12)))}};
+                                   dotted_list(std::span(info.camera.data(), 9)), info.model,
+                                   info.distortion.size(), dotted_list(info.distortion),
+                                   dotted_list(std::span(info.rectification.data(), 9)),
+                                   dotted_list(std::span(info.projection.data(), 12)))}};
   if (!camera.rectification) {
     output.notes.emplace_back(
         "the rectification is the identity, the projection that of the camera matrix");
