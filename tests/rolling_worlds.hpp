@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
 #include <vector>
@@ -46,15 +47,32 @@ inline Dataset rolling_world(const Dataset& world, const std::vector<CameraVeloc
   return exact_dataset(scene, poses, nullptr);
 }
 
-// A film of the usual board at 30 pictures a second, with the hand's motion along each coordinate a
-// wave of 0.2 to 0.6 Hz, and the times of its pictures.
+// A film of the usual board at 30 pictures a second, and the times of its pictures.
 struct Film {
   Dataset dataset;
   std::vector<double> times_s;
 };
 
-inline Film film(std::uint64_t seed, double readout_s, ReadDirection direction, int num_views) {
+// `pose_at`: the camera's at a time in seconds.
+inline Film film_along(const std::function<Pose(double)>& pose_at, double readout_s,
+                       ReadDirection direction, int num_views) {
   constexpr double kPeriod = 1.0 / 30;
+  MovingScene scene;
+  scene.settings.camera = {opencv5_lens(), {1280, 800}};
+  scene.settings.num_views = num_views;
+  scene.settings.sensor.shutter.readout_s = readout_s;
+  scene.settings.sensor.shutter.direction = direction;
+  scene.boards.push_back({kWorldFrame, {usual_board(), Pose()}});
+  scene.period_s = kPeriod;
+  scene.settings.path =
+      FunctionPath{[=](double share) { return pose_at(share * (num_views - 1) * kPeriod); }, {}};
+  Film result{exact_dataset(scene, camera_poses(scene, 1), nullptr), {}};
+  for (int i = 0; i < num_views; ++i) result.times_s.push_back(i * kPeriod);
+  return result;
+}
+
+// With the hand's motion along each coordinate a wave of 0.2 to 0.6 Hz.
+inline Film film(std::uint64_t seed, double readout_s, ReadDirection direction, int num_views) {
   Random random(seed);
   struct Wave {
     double size, frequency_hz, phase;
@@ -65,25 +83,26 @@ inline Film film(std::uint64_t seed, double readout_s, ReadDirection direction, 
   std::vector<Wave> waves;  // of the place looked at, the tilts, the distance and the roll
   for (const double size : {0.1, 0.1, 0.6, 0.6, 0.2, 0.3})
     waves.push_back({size, random.uniform(0.2, 0.6), random.uniform(0, 2 * std::numbers::pi)});
-  MovingScene scene;
-  scene.settings.camera = {opencv5_lens(), {1280, 800}};
-  scene.settings.num_views = num_views;
-  scene.settings.sensor.shutter.readout_s = readout_s;
-  scene.settings.sensor.shutter.direction = direction;
-  scene.boards.push_back({kWorldFrame, {usual_board(), Pose()}});
-  scene.period_s = kPeriod;
-  const auto pose_at = [waves, num_views](double share) {
-    const double t = share * (num_views - 1) * kPeriod;
+  const auto pose_at = [waves](double t) {
     const Eigen::Vector3d centre(0.33 + waves[0].at(t), 0.33 + waves[1].at(t), 0);
     const Eigen::Vector3d side(std::tan(waves[2].at(t)), std::tan(waves[3].at(t)), 1);
     const double roll = waves[5].at(t);
     return camera_from_world_looking_at(centre + (1.1 + waves[4].at(t)) * side.normalized(), centre,
                                         Eigen::Vector3d(std::sin(roll), -std::cos(roll), 0));
   };
-  scene.settings.path = FunctionPath{pose_at, {}};
-  Film result{exact_dataset(scene, camera_poses(scene, seed), nullptr), {}};
-  for (int i = 0; i < num_views; ++i) result.times_s.push_back(i * kPeriod);
-  return result;
+  return film_along(pose_at, readout_s, direction, num_views);
+}
+
+// Half a ring above the board in two seconds, always looking at its middle.
+inline Film ring_film(double readout_s, int num_views) {
+  const Eigen::Vector3d middle(0.33, 0.33, 0);
+  const auto pose_at = [middle](double t) {
+    const double angle = std::numbers::pi / 2 * t;
+    const Eigen::Vector3d eye =
+        middle + Eigen::Vector3d(0.6 * std::cos(angle), 0.6 * std::sin(angle), 0.9);
+    return camera_from_world_looking_at(eye, middle, Eigen::Vector3d::UnitZ());
+  };
+  return film_along(pose_at, readout_s, ReadDirection::down, num_views);
 }
 
 inline Dataset with_noise(Dataset dataset, double sigma_px, std::uint64_t seed) {

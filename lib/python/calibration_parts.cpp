@@ -137,6 +137,8 @@ void bind_readout(py::module_& m) {
       .field("seconds", &Readout::seconds, "Negative if the last row comes first.")
       .field("sigma_s", &Readout::sigma_s, "Its standard deviation.")
       .field("num_views", &Readout::num_views, "The views whose neighbours in time show motion.")
+      .field("is_seen", &Readout::is_seen,
+             "It is significant: its motion is taken out of the corners.")
       .representation([](const Readout& r) {
         return number(1e3 * r.seconds, 4) + " +- " + number(1e3 * r.sigma_s, 2) + " ms";
       });

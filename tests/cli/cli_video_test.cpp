@@ -88,6 +88,19 @@ TEST_F(CliVideo, TheReadoutOfARollingShutterIsFound) {
   EXPECT_LT(readout["sigma_ms"], 0.5);
   EXPECT_NE(slurp(root() / "page.html").find(R"("readout":{"ms":)"), std::string::npos);
   EXPECT_NE(run(command + path("clip.mkv")).out.find("\nreadout    "), std::string::npos);
+  // So it is without being asked for, also from the neighbours of a few frames.
+  for (const std::string frames : {"", " --frames every:3"}) {
+    const Outcome found = run("calibrate --target " + path("set/target.yaml") +
+                              " --model f --json " + path("clip.mkv") + frames);
+    ASSERT_EQ(found.exit_code, 0) << found.err << found.out;
+    const auto by_itself = nlohmann::json::parse(found.out)["readout"];
+    ASSERT_TRUE(by_itself.is_object()) << frames;
+    EXPECT_NEAR(by_itself["ms"], 20, 3 * by_itself["sigma_ms"].get<double>());
+    EXPECT_GT(by_itself["num_views"], 20);
+  }
+  const Outcome none = run("calibrate --target " + path("set/target.yaml") + " --model f --json " +
+                           path("clip.mkv") + " --shutter global");
+  EXPECT_TRUE(nlohmann::json::parse(none.out)["readout"].is_null());
   // Two videos whose times are the same.
   const Outcome pieces = run(command + "--json " + path("first.mkv") + " " + path("last.mkv"));
   ASSERT_EQ(pieces.exit_code, 0) << pieces.err << pieces.out;

@@ -140,6 +140,39 @@ TEST(RollingShutter, TheReadoutAndTheLensAreWithinTheirClaims) {
   }
 }
 
+// A camera that runs around the board: every picture is displaced in the same way, and another
+// focal length, a bent board and a moved centre explain that.
+TEST(RollingShutter, TimesShowAMotionThatAllPicturesShare) {
+  const Film exact = ring_film(0.02, 60);
+  CalibrateOptions options = with_opencv5();
+  const Dataset seen = with_noise(exact.dataset, 0.05, 1);
+  const Calibration alike = calibrate(seen, options);
+  ASSERT_TRUE(is_answer(alike.status));
+  EXPECT_GT(focal_error_px(alike), 10 * alike.sigmas[0]);
+  options.times_s = exact.times_s;
+  const Calibration timed = calibrate(seen, options);
+  ASSERT_TRUE(timed.readout);
+  EXPECT_TRUE(timed.readout->is_seen);
+  EXPECT_NEAR(timed.readout->seconds, 0.02, 4 * timed.readout->sigma_s);
+  EXPECT_LT(focal_error_px(timed), 4 * timed.sigmas[0]);
+}
+
+// A readout that is not seen changes nothing.
+TEST(RollingShutter, TimesOfAGlobalShutterChangeNothing) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const Film exact = film(seed, 0, ReadDirection::down, 40);
+    const Dataset seen = with_noise(exact.dataset, 0.2, seed);
+    CalibrateOptions options = with_opencv5();
+    const Calibration alone = calibrate(seen, options);
+    options.times_s = exact.times_s;
+    const Calibration timed = calibrate(seen, options);
+    ASSERT_TRUE(timed.readout);
+    EXPECT_FALSE(timed.readout->is_seen) << seed;
+    EXPECT_EQ(parameters(timed.camera->lens)[0], parameters(alone.camera->lens)[0]);
+    EXPECT_EQ(timed.sigmas, alone.sigmas);
+  }
+}
+
 TEST(RollingShutter, TimesMustBeThoseOfTheViews) {
   const Film exact = film(1, 0.03, ReadDirection::down, 12);
   CalibrateOptions options = with_opencv5();

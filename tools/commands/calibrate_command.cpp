@@ -212,9 +212,11 @@ int run(const CLI::App& command, const Arguments& given) {
   CalibrateOptions& options = arguments.job.options;
   overrule(arguments, options);
   arguments.job.until_px = goal_of(arguments.until);
-  arguments.job.estimates_readout = arguments.shutter == "rolling";
+  arguments.job.shutter = arguments.shutter == "rolling"  ? Shutter::rolling
+                          : arguments.shutter == "global" ? Shutter::global
+                                                          : Shutter::automatic;
   // A frame's velocity is seen in its neighbours.
-  if (arguments.job.estimates_readout && arguments.job.input.frames.empty())
+  if (arguments.job.shutter == Shutter::rolling && arguments.job.input.frames.empty())
     arguments.job.input.frames = "all";
   if (arguments.near_m > 0) options.distances_m = {kInfinitelyFar, arguments.near_m};
   naming_options([&] { check_options(options); });  // before any work
@@ -319,9 +321,9 @@ void add_corners_and_frames(CLI::App& command, Arguments& arguments) {
 // The readout of a rolling shutter.
 void add_shutter(CLI::App& command, Arguments& arguments) {
   add_option(command, "--shutter", arguments.shutter,
-             "of a video or bag: rolling estimates how long the rows take, from all frames; "
-             "default: a rolling shutter is found, but not its time")
-      .one_of({"auto", "rolling"})
+             "of a video or bag: rolling estimates how long the rows take, from all frames; auto "
+             "(the default) looks for that in the neighbours of the frames, global does not")
+      .one_of({"auto", "rolling", "global"})
       .text("S")
       .seldom();
 }

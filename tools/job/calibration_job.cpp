@@ -34,13 +34,16 @@ std::vector<std::string> sources_of(const Input& input) {
   return folders;
 }
 
+// True for frames of videos and bags alone.
+bool has_times(const Input& input) {
+  return !input.images.empty() && std::ranges::all_of(input.images, [&](const auto& image) {
+    return input.times_s.contains(image.name) && frame_of(input.files.at(image.name));
+  });
+}
+
 // Throws Error if a readout is asked for, of pictures without times.
 void check_times(const CalibrationJob& job, const Input& input) {
-  if (!job.estimates_readout) return;
-  const auto has_time = [&](const ImageSource& image) {
-    return input.times_s.contains(image.name);
-  };
-  if (input.images.empty() || !std::ranges::all_of(input.images, has_time))
+  if (job.shutter == Shutter::rolling && !has_times(input))
     throw Error(
         "--shutter rolling: needs a time for each picture, as frames of a video or bag have");
 }
@@ -60,16 +63,87 @@ std::vector<double> times_of(const Input& input) {
   return times_s;
 }
 
-Calibration calibrate_input(const CalibrationJob& job, const Input& input,
-                            CalibrateOptions options) {
+// The frames of the views, and those before and behind them.
+std::set<fs::path> with_neighbours(const Input& input) {
+  std::set<fs::path> frames;
+  std::map<fs::path, std::size_t> counts;  // of frames, by sequence
+  for (const View& view : input.dataset.views) {
+    const auto [sequence, frame] = *frame_of(input.files.at(view.image));
+    const auto known = counts.find(sequence);
+    const std::size_t count =
+        known != counts.end()
+            ? known->second
+            : counts.emplace(sequence, read_sequence(sequence).times_s.size()).first->second;
+    for (std::size_t i = frame - (frame > 0); i <= frame + 1 && i < count; ++i)
+      frames.insert(frame_path(sequence, i));
+  }
+  return frames;
+}
+
+Input input_of_frames(const std::set<fs::path>& frames, const Input& like) {
+  Dataset dataset{like.dataset.image_size, like.dataset.boards, {}, {}};
+  Input input = input_of(like.name, dataset, {frames.begin(), frames.end()});
+  input.sized_by = like.sized_by;
+  input.strict = like.strict;
+  input.refinement = like.refinement;
+  return input;
+}
+
+// The same input with the neighbours of its frames, which show the motion; no value if it has them.
+std::optional<Input> add_neighbours(const CalibrationJob& job, const Input& input) {
+  std::set<fs::path> frames = with_neighbours(input), missing = frames;
+  std::map<fs::path, View> views;
+  for (const View& view : input.dataset.views) {
+    missing.erase(input.files.at(view.image));
+    views[input.files.at(view.image)] = view;
+  }
+  if (missing.empty()) return std::nullopt;
+  Input near = input_of_frames(missing, input);
+  find_views(near, job.threads, job.shows_progress);
+  for (View& view : near.dataset.views) views[near.files.at(view.image)] = std::move(view);
+  Input all = input_of_frames(frames, input);
+  for (const auto& [name, file] : all.files) {
+    const auto view = views.find(file);
+    if (view == views.end()) continue;
+    view->second.image = name;
+    all.dataset.views.push_back(std::move(view->second));
+  }
+  all.frames = input.frames;
+  all.mistakes = input.mistakes;
+  all.warnings = input.warnings;
+  all.corner_error_px = input.corner_error_px;
+  return all;
+}
+
+Calibration calibrate_input(const Input& input, CalibrateOptions options, bool by_times) {
   options.sources = sources_of(input);
-  if (job.estimates_readout) options.times_s = times_of(input);
+  if (by_times) options.times_s = times_of(input);
   return calibrate(input.dataset, options);
 }
 
+// A rolling shutter displaces the corners of frames that move alike in the same way, so that it
+// looks like another lens: only their motion in time tells.
+Calibration calibrate_input(const CalibrationJob& job, Input& input,
+                            const CalibrateOptions& options) {
+  const bool is_automatic = job.shutter == Shutter::automatic && has_times(input);
+  if (!is_automatic) return calibrate_input(input, options, job.shutter == Shutter::rolling);
+  std::optional<Input> near = add_neighbours(job, input);
+  Calibration timed = calibrate_input(near ? *near : input, options, true);
+  if (timed.readout && timed.readout->is_seen) {
+    if (near) input = *std::move(near);
+    return timed;
+  }
+  if (near) return calibrate_input(input, options, false);
+  timed.readout.reset();  // nobody asked for it
+  std::erase_if(timed.findings, [](const Finding& finding) {
+    return finding.code == code::readout_not_observable.name;
+  });
+  return timed;
+}
+
 // Calibrates the views that are there now. The times are those of all calibrations.
-void calibrate_once_more(const CalibrationJob& job, const Input& input,
-                         const CalibrateOptions& options, Calibration& calibration) {
+void calibrate_once_more(const CalibrationJob& job, Input& input, const CalibrateOptions& options,
+                         Calibration& calibration) {
   const CalibrateSeconds before = calibration.seconds;
   calibration = calibrate_input(job, input, options);
   CalibrateSeconds& seconds = calibration.seconds;

@@ -8,6 +8,9 @@
 
 namespace tagcal::tools {
 
+// What the shutter of frames with times is taken for. `automatic`: a rolling one if it is seen.
+enum class Shutter { automatic, rolling, global };
+
 // One data set to calibrate.
 struct CalibrationJob {
   InputArguments input;
@@ -20,7 +23,7 @@ struct CalibrationJob {
   double until_px = 0;
   bool explains_frames = false;
   std::string keep;
-  bool estimates_readout = false;  // of a rolling shutter, by the times of frames
+  Shutter shutter = Shutter::automatic;
   bool refine_corners = false;  // fit them again under the first lens, and calibrate again
   int threads = 0;              // of detection and solver; 0: one per core
   bool shows_progress = true;   // on stderr

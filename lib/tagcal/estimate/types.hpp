@@ -141,7 +141,9 @@ struct CalibrateOptions {
   // Empty, or the source of each view, as the folder of its picture: calibrations from different
   // sources are compared instead of two halves of the views.
   std::vector<std::string> sources;
-  // Empty, or the time of each view: the readout of a rolling shutter is estimated. Finite.
+  // Empty, or the time of each view: the readout of a rolling shutter is estimated, and where it is
+  // seen its motion is taken out of the corners; views without neighbours in time are then left
+  // out. Finite.
   std::vector<double> times_s;
   bool board_warp = false;      // throws Error unless there is one flat board
   int max_iterations = 100;     // of each solve
@@ -220,7 +222,8 @@ struct BoardWarp {
 struct Readout {
   double seconds = 0;
   double sigma_s = 0;
-  int num_views = 0;  // that have neighbours in time, which show their motion
+  int num_views = 0;     // that have neighbours in time, which show their motion
+  bool is_seen = false;  // it is significant (p = 0.0001): its motion is taken out of the corners
 };
 
 // Wall-clock times in seconds.

@@ -6,6 +6,7 @@
 
 #include "tagcal/estimate/bundle/covariance.hpp"
 #include "tagcal/estimate/bundle/observability.hpp"
+#include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/policy/shutter_policy.hpp"
 
 namespace tagcal::internal {
@@ -95,10 +96,12 @@ std::optional<Readout> readout_of(const Bundle& solved, std::span<const double> 
   const auto inverse = exact_inverse(information->total(moving.sigma));
   if (!covariance || !inverse) return std::nullopt;
   const Index last = inverse->cols() - 1;
-  return Readout{-inverse->row(last).dot(information->gradient(moving.sigma)),
-                 std::sqrt(covariance->all(last, last)),
-                 static_cast<int>(std::ranges::count_if(
-                     velocities, [](const auto& velocity) { return velocity.has_value(); }))};
+  Readout readout{-inverse->row(last).dot(information->gradient(moving.sigma)),
+                  std::sqrt(covariance->all(last, last)),
+                  static_cast<int>(std::ranges::count_if(
+                      velocities, [](const auto& velocity) { return velocity.has_value(); }))};
+  readout.is_seen = std::abs(readout.seconds) > policy::kSignificant * readout.sigma_s;
+  return readout;
 }
 
 }  // namespace tagcal::internal

@@ -54,11 +54,13 @@ Calibration calibrate_with_readout(
     const Dataset& dataset, const std::vector<double>& times_s, Calibration first,
     const std::function<Calibration(const Dataset&)>& calibrate_once) {
   Calibration result = std::move(first);
+  if (!result.readout || !result.readout->is_seen) return result;
   double readout_s = 0;
   for (int round = 1; result.readout; ++round) {
     const double step_s = result.readout->seconds;
     readout_s += step_s;
     result.readout->seconds = readout_s;
+    result.readout->is_seen = true;
     if (std::abs(step_s) < kReadoutChange * result.readout->sigma_s || round == kMaxReadoutRounds)
       break;
     result = calibrate_once(without_motion(dataset, times_s, result, readout_s));

@@ -16,7 +16,8 @@ namespace tagcal::internal::policy {
 // calibration, and by how much weak perspective must fit worse than a focal length.
 inline constexpr double kQuantile1e3 = 3.09;
 // p = 0.0001: what a check of a calibration calls significant, the chi-square of a pose's residuals
-// that contradicts a stated or assumed noise, and the F ratio of a tag off its place.
+// that contradicts a stated or assumed noise, the F ratio of a tag off its place, and the readout of
+// a film that is taken out of its corners.
 inline constexpr double kSignificant = 3.72;
 
 // ---- Noise
