@@ -153,6 +153,24 @@ TEST(ParameterSums, ShapesMovePoints) {
   }
 }
 
+// The rows of a view: by its pose, by the parameters, and the residuals.
+MatrixXd rows_of(const SeenView& seen, const Lens& lens, std::span<const FreeParameter> free) {
+  const Result batch = run(kPortableKernels, lens, seen.pose, seen.points, free, true);
+  MatrixXd rows(2 * std::ssize(seen.points), 7 + std::ssize(free));
+  for (std::size_t i = 0; i < seen.points.size(); ++i)
+    rows.middleRows(static_cast<Eigen::Index>(2 * i), 2) << batch.pose_rows(i),
+        batch.parameter_rows(i), batch.pixels[i] - seen.pixels[i];
+  return rows;
+}
+
+// The displacements of the pixels by the velocities of their rows.
+MatrixXd displacements_by(const ViewRowTerms& terms, const SeenView& seen, const MatrixXd& rows) {
+  MatrixXd by_rows = rows.leftCols<6>() * *terms.velocities;
+  for (Eigen::Index at = 0; at < by_rows.rows(); ++at)
+    by_rows.row(at) *= seen.pixels[static_cast<std::size_t>(at / 2)].y() - terms.middle_row;
+  return by_rows;
+}
+
 // Row terms are correlated noise: the products are those with the inverse of its covariance.
 TEST(ParameterSums, RowTermsAreCorrelatedNoise) {
   Random random(6);
@@ -164,16 +182,12 @@ TEST(ParameterSums, RowTermsAreCorrelatedNoise) {
     MatrixXd gram;
     ParameterSums sums(seen.view(), free, {}, rows);
     ASSERT_TRUE(sums.at(lens, seen.pose, gram));
-    const Result batch = run(kPortableKernels, lens, seen.pose, seen.points, free, true);
-    const auto m = static_cast<Eigen::Index>(2 * n);
-    const Eigen::Index k = 6 + static_cast<Eigen::Index>(free.size());
-    MatrixXd all(m, k + 1), shear = MatrixXd::Zero(m, 2);
-    for (std::size_t i = 0; i < n; ++i) {
-      const auto at = static_cast<Eigen::Index>(2 * i);
-      all.middleRows(at, 2) << batch.pose_rows(i), batch.parameter_rows(i),
-          batch.pixels[i] - seen.pixels[i];
-      shear(at, 0) = shear(at + 1, 1) = seen.pixels[i].y() - rows.middle_row;
-    }
+    const MatrixXd all = rows_of(seen, lens, free);
+    const Eigen::Index m = all.rows(), k = all.cols() - 1;
+    MatrixXd shear = MatrixXd::Zero(m, 2);
+    for (Eigen::Index at = 0; at < m; at += 2)
+      shear(at, 0) = shear(at + 1, 1) =
+          seen.pixels[static_cast<std::size_t>(at / 2)].y() - rows.middle_row;
     const MatrixXd covariance =
         MatrixXd::Identity(m, m) + rows.sigma * rows.sigma * shear * shear.transpose();
     const MatrixXd expected = all.transpose() * covariance.ldlt().solve(all);
@@ -198,17 +212,9 @@ TEST(ParameterSums, VelocitiesOfTheRowsAreCorrelatedNoise) {
     MatrixXd gram;
     ParameterSums sums(seen.view(), free, {}, rows);
     ASSERT_TRUE(sums.at(lens, seen.pose, gram));
-    const Result batch = run(kPortableKernels, lens, seen.pose, seen.points, free, true);
-    const auto m = static_cast<Eigen::Index>(2 * n);
-    const Eigen::Index k = 6 + static_cast<Eigen::Index>(free.size());
-    MatrixXd all(m, k + 1), by_rows(m, 6);
-    for (std::size_t i = 0; i < n; ++i) {
-      const auto at = static_cast<Eigen::Index>(2 * i);
-      all.middleRows(at, 2) << batch.pose_rows(i), batch.parameter_rows(i),
-          batch.pixels[i] - seen.pixels[i];
-      by_rows.middleRows(at, 2) =
-          (seen.pixels[i].y() - rows.middle_row) * batch.pose_rows(i) * *rows.velocities;
-    }
+    const MatrixXd all = rows_of(seen, lens, free);
+    const Eigen::Index m = all.rows(), k = all.cols() - 1;
+    const MatrixXd by_rows = displacements_by(rows, seen, all);
     // The residuals are those at the start; the prior is about zero.
     MatrixXd about_zero = all;
     about_zero.col(k) -= by_rows * rows.start;
@@ -236,16 +242,10 @@ TEST(ParameterSums, AVelocityIsAColumn) {
   MatrixXd gram;
   ParameterSums sums(seen.view(), free, {}, rows);
   ASSERT_TRUE(sums.at(lens, seen.pose, gram));
-  const Result batch = run(kPortableKernels, lens, seen.pose, seen.points, free, true);
-  const Eigen::Index k = 6 + static_cast<Eigen::Index>(free.size());
-  MatrixXd all(60, k + 2);
-  for (std::size_t i = 0; i < 30; ++i) {
-    const MatrixXd by_rows =
-        (seen.pixels[i].y() - rows.middle_row) * batch.pose_rows(i) * *rows.velocities;
-    all.middleRows(static_cast<Eigen::Index>(2 * i), 2) << batch.pose_rows(i),
-        batch.parameter_rows(i), by_rows * terms,
-        batch.pixels[i] - seen.pixels[i] - by_rows * rows.start;
-  }
+  const MatrixXd still = rows_of(seen, lens, free), by_rows = displacements_by(rows, seen, still);
+  const Eigen::Index k = still.cols() - 1;
+  MatrixXd all(still.rows(), k + 2);
+  all << still.leftCols(k), by_rows * terms, still.col(k) - by_rows * rows.start;
   EXPECT_LT(difference(sums.with_velocity(terms), MatrixXd(all.transpose() * all)), 1e-9);
 }
 
