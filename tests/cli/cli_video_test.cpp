@@ -187,6 +187,7 @@ TEST_F(CliVideo, ALiveOneIsWatched) {
         "sensor: {blur_px: 0.6, noise_levels: 1}\n");
   ASSERT_EQ(run("render " + path("walk.yaml") + " --out " + path("walk")).exit_code, 0);
   std::ofstream video(root() / "live.mjpeg", std::ios::binary);
+  std::ofstream restless(root() / "restless.mjpeg", std::ios::binary);
   int frame = 0;
   std::vector<std::string> rests;
   for (int view = 0; view < 57; ++view) {
@@ -194,14 +195,20 @@ TEST_F(CliVideo, ALiveOneIsWatched) {
         jpeg_bytes(read_image(root() / fmt::format("walk/images/{:03}.png", view)), 95);
     if (view % 8 == 0) rests.push_back(fmt::format("{:06}.jpg", frame + 1));
     for (int k = 0; k < (view % 8 == 0 ? 5 : 1); ++k, ++frame) video << jpeg;
+    if (view % 4 == 0) restless << jpeg;
   }
   video.close();
+  restless.close();
   const auto watched = [&](const std::string& sent, const std::string& options) {
     return std::system(("cat " + path(sent) + " | " + TAGCAL_COMMAND + " watch - --target " +
                         path("walk/target.yaml") + " --every 0.05 --out " + path("live.yaml") +
                         " " + options + " >" + path("said.txt") + " 2>&1")
                            .c_str());
   };
+  EXPECT_NE(watched("restless.mjpeg", ""), 0);
+  EXPECT_NE(slurp(root() / "said.txt").find("hold the board still after each move"),
+            std::string::npos)
+      << slurp(root() / "said.txt");
   ASSERT_EQ(watched("live.mjpeg", "--keep " + path("kept")), 0) << slurp(root() / "said.txt");
   const auto kept_in = [&](const std::string& folder) {
     std::vector<std::string> kept;

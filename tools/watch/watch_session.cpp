@@ -250,11 +250,15 @@ ExitCode WatchSession::finish(End end) {
   if (end == End::ended && !video_why_.empty() && pictures_.size() == 0) throw Error(video_why_);
   std::string text = end_text(end);
   if (!kept_) {
-    text += wrapped(
-        toned(Tone::bad, "NO ANSWER:") + " ",
-        "the pictures so far give no calibration; no file was written. tagcal detect --explain "
-        "tells what a picture shows",
-        2);
+    const bool is_live = options_.has_ended != nullptr;
+    text += wrapped(toned(Tone::bad, "NO ANSWER:") + " ",
+                    pictures_.size() > 0 ? "the pictures so far give no calibration; no file was "
+                                           "written. tagcal detect --explain tells what a picture "
+                                           "shows"
+                    : is_live ? "no picture was taken; no file was written: hold the board still "
+                                "after each move, until its line appears"
+                              : "no picture came; no file was written",
+                    2);
     tell(text);
   } else {
     if (!standing_.has_answer)
