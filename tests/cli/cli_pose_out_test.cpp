@@ -128,6 +128,12 @@ TEST_F(CliPoseOut, TimesStay) {
   EXPECT_EQ(out.out, slurp(path("p.json")));
   const auto views = nlohmann::json::parse(out.out)["views"];
   EXPECT_EQ(views[1]["time_s"], 1000.2);
+  ASSERT_EQ(
+      run("report " + path("p.json") + " --dataset " + path("set") + " --out " + path("p.html"))
+          .exit_code,
+      0);
+  EXPECT_NE(slurp(path("p.html")).find(R"("image":"a@000001","time_s":1000.2,)"),
+            std::string::npos);
   const Outcome path_of =
       run("convert " + path("set/truth.yaml") + " " + path("r.tum") + " --poses " + path("p.json"));
   EXPECT_EQ(path_of.exit_code, 0) << path_of.err;

@@ -103,6 +103,7 @@ ReadView read_view(const YamlValue& view) {
   const auto num_corners = view.find("num_corners");
   read.json = {
       {"image", read.image},
+      {"time_s", number_or_null(view, "time_s", std::numeric_limits<double>::max())},
       {"status", read_status(view.at("status"))},
       {"num_corners",
        is_given(num_corners) ? PageJson(num_corners->whole(0, kMostListed)) : PageJson()},

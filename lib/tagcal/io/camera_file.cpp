@@ -233,7 +233,7 @@ std::vector<ImagePose> read_poses(const fs::path& file) {
     const auto pose = view.find("camera_from_board");
     if (!pose || !(pose->is_map() || pose->is_list())) continue;
     poses.push_back({image, 0, read_pose(*pose)});
-    if (const auto time = view.find("time_s"); time && time->is_scalar() && time->text() != "null")
+    if (const auto time = view.find("time_s"); time && time->is_scalar())
       poses.back().time_s = time->number();
   }
   if (poses.empty()) top.at("views").fail_plainly("has no view with a pose, camera_from_board");
