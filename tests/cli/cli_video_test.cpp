@@ -98,6 +98,17 @@ TEST_F(CliVideo, TheReadoutOfARollingShutterIsFound) {
     EXPECT_NEAR(by_itself["ms"], 20, 3 * by_itself["sigma_ms"].get<double>());
     EXPECT_GT(by_itself["num_views"], 20);
   }
+  // And of corners that were found before, with their times.
+  ASSERT_EQ(run("detect --target " + path("set/target.yaml") + " --out " + path("c.csv") + " " +
+                path("clip.mkv"))
+                .exit_code,
+            0);
+  fs::create_directory(root() / "corners");
+  spill(root() / "corners/dataset.yaml",
+        "image_size: [480, 360]\ntarget: ../set/target.yaml\nobservations: ../c.csv\n");
+  const Outcome corners = run("calibrate " + path("corners") + " --model f --json");
+  ASSERT_EQ(corners.exit_code, 0) << corners.err;
+  EXPECT_TRUE(nlohmann::json::parse(corners.out)["readout"].is_object());
   const Outcome none = run("calibrate --target " + path("set/target.yaml") + " --model f --json " +
                            path("clip.mkv") + " --shutter global");
   EXPECT_TRUE(nlohmann::json::parse(none.out)["readout"].is_null());

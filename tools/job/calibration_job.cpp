@@ -34,28 +34,31 @@ std::vector<std::string> sources_of(const Input& input) {
   return folders;
 }
 
-// True for frames of videos and bags alone.
+// True for frames of videos and bags alone, and for observations with times.
 bool has_times(const Input& input) {
-  return !input.images.empty() && std::ranges::all_of(input.images, [&](const auto& image) {
-    return input.times_s.contains(image.name) && frame_of(input.files.at(image.name));
-  });
+  const auto is_timed = [&](const std::string& name) { return input.times_s.contains(name); };
+  return input.images.empty() ? !input.dataset.views.empty() &&
+                                    std::ranges::all_of(input.dataset.views, is_timed, &View::image)
+                              : std::ranges::all_of(input.images, is_timed, &ImageSource::name);
 }
 
 // Throws Error if a readout is asked for, of pictures without times.
 void check_times(const CalibrationJob& job, const Input& input) {
   if (job.shutter == Shutter::rolling && !has_times(input))
     throw Error(
-        "--shutter rolling: needs a time for each picture, as frames of a video or bag have");
+        "--shutter rolling: needs a time for each picture, as frames of a video or bag and "
+        "observations with the column time_s have");
 }
 
-// The times of the views. Those of each video or bag have their own day: its frames are no
-// neighbours of another one's.
+// The times of the views. Those of each video or bag, which the names of its frames begin with
+// (picture_name), have their own day: its frames are no neighbours of another one's.
 std::vector<double> times_of(const Input& input) {
   constexpr double kDay = 86400;  // numeric: longer than a video
-  std::map<fs::path, double> days;
+  std::map<std::string, double> days;
   std::vector<double> times_s;
   for (const View& view : input.dataset.views) {
-    const fs::path sequence = frame_of(input.files.at(view.image))->sequence;
+    const std::size_t at = view.image.rfind('@');
+    const std::string sequence = at == std::string::npos ? "" : view.image.substr(0, at);
     const double day =
         days.try_emplace(sequence, kDay * static_cast<double>(days.size())).first->second;
     times_s.push_back(day + input.times_s.at(view.image));
@@ -91,6 +94,11 @@ Input input_of_frames(const std::set<fs::path>& frames, const Input& like) {
 
 // The same input with the neighbours of its frames, which show the motion; no value if it has them.
 std::optional<Input> add_neighbours(const CalibrationJob& job, const Input& input) {
+  const auto is_frame = [&](const View& view) {
+    const auto file = input.files.find(view.image);
+    return file != input.files.end() && frame_of(file->second);
+  };
+  if (!std::ranges::all_of(input.dataset.views, is_frame)) return std::nullopt;
   std::set<fs::path> frames = with_neighbours(input), missing = frames;
   std::map<fs::path, View> views;
   for (const View& view : input.dataset.views) {
