@@ -184,6 +184,20 @@ inline constexpr double kTagMaxLogGamma = 0.35;
 // squares over claims +0.3 %.
 inline constexpr double kTagGammaSure = 30;
 
+// ---- Fitting a tag's pattern: the sharpening of a picture
+
+// Bounds of unsharp masking: its amount, and the standard deviation of its Gaussian, px. Source:
+// the sharpest setting of usual cameras and raw converters, with room.
+inline constexpr double kSharpenMaxAmount = 3;
+inline constexpr double kSharpenMinRadiusPx = 0.5;
+inline constexpr double kSharpenMaxRadiusPx = 3;
+// Twice the log-likelihood ratio by which sharpening must beat none (chi-square of two degrees of
+// freedom: 3e-7).
+inline constexpr double kSharpenSure = 30;
+// Noise over contrast of a fit, from which on it may be strong overshoot. Source: amounts from 0.8
+// on leave 0.04 and more of it where the radius is twice the blur.
+inline constexpr double kSharpenNoisyShare = 0.03;
+
 // ---- Completing boards
 
 // Pixels of the smallest halved picture that is searched. Source: x0.7: nothing; x1.4: errors
