@@ -1,5 +1,7 @@
 #include "tagcal/detect/tag_fit/picture_processing.hpp"
 
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,6 +15,7 @@
 namespace tagcal::internal {
 namespace {
 
+using Eigen::Vector2d;
 using namespace policy;
 
 constexpr double kLargeSidePx = 45;   // of a tag that is large enough, as a limit of work
@@ -112,7 +115,7 @@ class ProcessingCost {
 std::optional<double> minimum_of_parabola(double x, double step, double before, double here,
                                           double after) {
   const double curvature = before - 2 * here + after;
-  if (!(curvature > 0 && curvature < HUGE_VAL)) return std::nullopt;
+  if (!(curvature > 0)) return std::nullopt;
   constexpr double kMost = 1.5;  // numeric: steps of extrapolation, at most
   return x + std::clamp((before - after) / 2 / curvature, -kMost, kMost) * step;
 }
@@ -154,12 +157,14 @@ double gamma_of_picture(const ProcessingCost& costs, const Sharpen& sharpen) {
 
 // A search for sharpening. First it tries a weak and, where residuals are as large as those of
 // strong overshoot (as a share of the contrast), a strong one: one of them must lower the cost.
-// Then it takes the best of some starts, and follows parabolas, each from the lowest so far.
+// Then it takes the best of some starts, and Newton's steps.
 constexpr Sharpen kWeakly = {0.08, 1.3}, kStrongly = {0.4, 2};  // numeric: start of the search
 constexpr double kPromising = 8;                        // numeric: few plain tags have so much
 constexpr std::array kStartAmounts = {0.25, 0.7, 1.6};  // numeric: start of the search
 constexpr std::array kStartRadii_px = {0.8, 1.3, 2.1};  // numeric: start of the search
-constexpr std::array kSharpenSteps = {0.4, 0.2};        // numeric: of logarithms
+constexpr double kLargeStep = 0.4, kSmallStep = 0.1;    // numeric: of logarithms
+constexpr double kSettled = 2;                          // numeric: of the cost
+constexpr int kMaxRounds = 10;                          // numeric: as a limit of work
 
 // Changes logarithms: of amount * radius^2, which is what sharpening does to a wide border, and of
 // the radius. The cost hardly correlates these two.
@@ -189,27 +194,43 @@ class SharpenSearch {
       for (const double amount : kStartAmounts) take_if_lower({gamma, {amount, radius_px}});
   }
 
-  // Parabolas are of the squares of residuals.
+  // Ends when places a small step away are hardly lower.
   void descend(double step) {
-    for (const bool by_radius : {false, true}) {
-      const CameraProcessing from = best;
-      const auto moved = [&](double by) {
-        const double radius = by_radius ? by : 0;
-        return CameraProcessing{from.gamma, changed(from.sharpen, by - radius, radius)};
-      };
-      const auto squares = [&](double by) {
-        return std::exp((cost(moved(by)) - lowest) / costs.num_pixels());
-      };
-      const double before = squares(-step), after = squares(step);
-      const double downhill = before < after ? -step : step;
-      take_if_lower(moved(minimum_of_parabola(0, step, before, 1, after).value_or(downhill)));
+    for (int i = 0; i < kMaxRounds; ++i) {
+      const double before = lowest;
+      take_step(step);
+      if (step <= kSmallStep && before - lowest < kSettled) break;
+      step = std::max(step / 2, kSmallStep / 2);
     }
   }
 
-  void take_if_lower(const CameraProcessing& processing) {
+  // Takes a step of Newton's, by the squares of residuals at places a step away from the lowest.
+  void take_step(double step) {
+    const CameraProcessing from = best;
+    const double here = lowest;
+    const auto moved = [&](const Vector2d& by) {
+      return CameraProcessing{from.gamma, changed(from.sharpen, by.x(), by.y())};
+    };
+    const auto squares = [&](double x, double y) {
+      return std::exp((take_if_lower(moved({x, y})) - here) / costs.num_pixels());
+    };
+    const double left = squares(-step, 0), right = squares(step, 0);
+    const double below = squares(0, -step), above = squares(0, step);
+    const double mixed = squares(step, step) - right - above + 1;
+    const Vector2d slope((right - left) / 2, (above - below) / 2);
+    Eigen::Matrix2d curvature;
+    curvature << left + right - 2, mixed, mixed, below + above - 2;
+    const Eigen::LLT<Eigen::Matrix2d> factor(curvature);
+    if (!curvature.allFinite() || factor.info() != Eigen::Success) return;
+    constexpr double kMost = 1.5;  // numeric: steps of extrapolation, at most
+    take_if_lower(moved(-step * factor.solve(slope).cwiseMax(-kMost).cwiseMin(kMost)));
+  }
+
+  double take_if_lower(const CameraProcessing& processing) {
     const double there = cost(processing);
     if (there < lowest) best = processing;
     lowest = std::min(there, lowest);
+    return there;
   }
 
   ProcessingCost costs;
@@ -222,12 +243,12 @@ CameraProcessing with_sharpening(const ProcessingCost& costs, double gamma) {
   SharpenSearch search{costs};
   search.start(gamma);
   if (gamma != 1) search.start(1);
-  for (const double step : kSharpenSteps) search.descend(step);
+  search.descend(kLargeStep);
   CameraProcessing best = search.best;
   best.gamma = gamma_of_picture(costs, best.sharpen);
   SharpenSearch again{costs};
   again.take_if_lower(best);
-  for (const double step : kSharpenSteps) again.descend(step / 2);
+  again.descend(kSmallStep);
   const CameraProcessing without{gamma, kNoSharpen};
   return again.cost(without) - again.lowest > kSharpenSure ? again.best : without;
 }
