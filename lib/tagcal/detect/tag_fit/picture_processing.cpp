@@ -42,7 +42,15 @@ class ProcessingCost {
   bool is_noisy() const { return !tags_.empty() && tags_.front().is_noisy; }
 
   // Tags that cannot be fitted without processing are not used.
-  void add(const TagInPicture& tag) { add(UsedTag{tag}); }
+  void add(const TagInPicture& tag) {
+    UsedTag used{tag};
+    const auto fit = fit_with(used, {});
+    if (!fit) return;
+    used.num_pixels = fit->num_pixels;
+    used.without = cost_of(used, *fit);
+    used.is_noisy = fit->noise_levels > kSharpenNoisyShare * (fit->white - fit->black);
+    tags_.push_back(used);
+  }
 
   bool has_enough() const { return num_pixels() >= kEnoughPixels || num_tags() >= kMostTags; }
 
@@ -52,10 +60,8 @@ class ProcessingCost {
     for (UsedTag used : tags_) {
       if (result.has_enough() || result.num_tags() == most) break;
       used.row_step = std::clamp(used.num_pixels / kEnoughPixels, 1, kMostRowStep);
-      if (used.row_step > 1)
-        result.add(used);
-      else
-        result.tags_.push_back(used);
+      used.num_pixels /= used.row_step;
+      result.tags_.push_back(used);
     }
     return result;
   }
@@ -65,8 +71,9 @@ class ProcessingCost {
     const double gain = mean_log_gain(processing.sharpen);
     double sum = 0;
     for (const UsedTag& used : tags_) {
-      const auto fit = processing.is_none() ? std::nullopt : fit_with(used, processing);
-      if (!fit && !processing.is_none()) return std::nullopt;
+      const bool is_known = processing.is_none() && used.row_step == 1;
+      const auto fit = is_known ? std::nullopt : fit_with(used, processing);
+      if (!fit && !is_known) return std::nullopt;
       // The fit's parameters take residuals of low frequencies, which sharpening does not change.
       const double n = used.num_pixels, free = n - tag_parameter::kCount;
       sum += fit ? cost_of(used, *fit) + 2 * n * gain * n / free : used.without;
@@ -86,15 +93,6 @@ class ProcessingCost {
 
   static double cost_of(const UsedTag& used, const TagFit& fit) {
     return 2 * used.num_pixels * std::log(fit.noise_levels);
-  }
-
-  void add(UsedTag used) {
-    const auto fit = fit_with(used, {});
-    if (!fit) return;
-    used.num_pixels = fit->num_pixels;
-    used.without = cost_of(used, *fit);
-    used.is_noisy = fit->noise_levels > kSharpenNoisyShare * (fit->white - fit->black);
-    tags_.push_back(used);
   }
 
   std::optional<TagFit> fit_with(const UsedTag& used, const CameraProcessing& processing) const {
