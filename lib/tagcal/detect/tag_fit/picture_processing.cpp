@@ -22,6 +22,7 @@ constexpr double kLargeSidePx = 45;   // of a tag that is large enough, as a lim
 constexpr double kStep = 0.35;        // numeric: of the search, of the logarithm
 constexpr double kNarrow = 0.3;       // numeric: a narrower parabola around its minimum
 constexpr int kEnoughPixels = 5000;   // for an estimate of sharpening, as a limit of work
+constexpr int kFewPixels = 2000;      // to see whether there is any, as a limit of work
 constexpr int kMostRowStep = 6;       // of a large tag's rows, as a limit of work
 constexpr std::size_t kMostTags = 8;  // for an estimate of sharpening, as a limit of work
 
@@ -39,30 +40,37 @@ class ProcessingCost {
     return sum;
   }
   // Residuals are as large as those of strong overshoot.
-  bool is_noisy() const { return !tags_.empty() && tags_.front().is_noisy; }
+  bool is_noisy() const {
+    const TagFit& fit = tags_.front().fit;
+    return fit.noise_levels > kSharpenNoisyShare * (fit.white - fit.black);
+  }
 
   // Tags that cannot be fitted without processing are not used.
   void add(const TagInPicture& tag) {
     UsedTag used{tag};
     const auto fit = fit_with(used, {});
     if (!fit) return;
+    used.fit = *fit;
     used.num_pixels = fit->num_pixels;
     used.without = cost_of(used, *fit);
-    used.is_noisy = fit->noise_levels > kSharpenNoisyShare * (fit->white - fit->black);
     tags_.push_back(used);
   }
 
   bool has_enough() const { return num_pixels() >= kEnoughPixels || num_tags() >= kMostTags; }
 
-  // The first tags that have enough pixels, `most` at most, with every few rows of large ones.
-  ProcessingCost sample(std::size_t most) const {
+  // The first tags that have enough pixels, with every few rows of large ones.
+  ProcessingCost sample() const {
     ProcessingCost result(image_);
     for (UsedTag used : tags_) {
-      if (result.has_enough() || result.num_tags() == most) break;
-      used.row_step = std::clamp(used.num_pixels / kEnoughPixels, 1, kMostRowStep);
-      used.num_pixels /= used.row_step;
-      result.tags_.push_back(used);
+      if (result.has_enough()) break;
+      result.add(used, kEnoughPixels);
     }
+    return result;
+  }
+  // Of the first tag, few rows.
+  ProcessingCost small_sample() const {
+    ProcessingCost result(image_);
+    result.add(tags_.front(), kFewPixels);
     return result;
   }
 
@@ -86,10 +94,16 @@ class ProcessingCost {
     TagInPicture tag;
     int row_step = 1;
     // Of the fit without processing:
-    int num_pixels = 0;
+    TagFit fit;
+    int num_pixels = 0;  // of it, or of the rows that are used
     double without = 0;  // cost
-    bool is_noisy = false;
   };
+
+  void add(UsedTag used, int enough_pixels) {
+    used.row_step = std::clamp(used.num_pixels / enough_pixels, 1, kMostRowStep);
+    used.num_pixels /= used.row_step;
+    tags_.push_back(used);
+  }
 
   static double cost_of(const UsedTag& used, const TagFit& fit) {
     return 2 * used.num_pixels * std::log(fit.noise_levels);
@@ -238,7 +252,9 @@ class SharpenSearch {
 
 // Overshoot looks like a gamma, and a gamma like overshoot: both are estimated with the other.
 CameraProcessing with_sharpening(const ProcessingCost& costs, double gamma) {
+  const CameraProcessing without{gamma, kNoSharpen};
   SharpenSearch search{costs};
+  if (!search.is_promising(gamma)) return without;
   search.start(gamma);
   if (gamma != 1) search.start(1);
   search.descend(kLargeStep);
@@ -247,7 +263,6 @@ CameraProcessing with_sharpening(const ProcessingCost& costs, double gamma) {
   SharpenSearch again{costs};
   again.take_if_lower(best);
   again.descend(kSmallStep);
-  const CameraProcessing without{gamma, kNoSharpen};
   return again.cost(without) - again.lowest > kSharpenSure ? again.best : without;
 }
 
@@ -264,9 +279,9 @@ CameraProcessing processing_of_picture(const ImageView8& image, std::vector<TagI
   for (; next != tags.end() && costs.num_tags() < kTagGammaTags; ++next) costs.add(*next);
   if (costs.num_tags() == 0) return {};
   const double gamma = gamma_of_picture(costs, kNoSharpen);
-  if (!SharpenSearch{costs.sample(1)}.is_promising(gamma)) return {gamma, kNoSharpen};
+  if (!SharpenSearch{costs.small_sample()}.is_promising(gamma)) return {gamma, kNoSharpen};
   for (; next != tags.end() && !costs.has_enough(); ++next) costs.add(*next);
-  return with_sharpening(costs.sample(kMostTags), gamma);
+  return with_sharpening(costs.sample(), gamma);
 }
 
 }  // namespace tagcal::internal
