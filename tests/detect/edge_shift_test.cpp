@@ -8,7 +8,7 @@
 #include "corner_tally.hpp"
 #include "rendered_tag.hpp"
 #include "tagcal/detect/families.hpp"
-#include "tagcal/detect/tag_fit/picture_gamma.hpp"
+#include "tagcal/detect/tag_fit/picture_processing.hpp"
 
 namespace tagcal {
 using namespace internal;
@@ -92,7 +92,7 @@ TEST(EdgeShift, APictureShowsItsGamma) {
     for (int i = 0; i < 5; ++i) {
       const TagView view = tags.next();
       const TagPattern pattern = tag_pattern(family, view.id, 1);
-      EXPECT_NEAR(gamma_of_picture(view.image, {{&pattern, view.corners}}), gamma, 0.1);
+      EXPECT_NEAR(processing_of_picture(view.image, {{&pattern, view.corners}}).gamma, gamma, 0.1);
     }
   }
 }

@@ -11,7 +11,7 @@
 #include "tagcal/detect/circle_search/circle_centres.hpp"
 #include "tagcal/detect/tag_fit/image_filters.hpp"
 #include "tagcal/detect/tag_fit/known_tag.hpp"
-#include "tagcal/detect/tag_fit/picture_gamma.hpp"
+#include "tagcal/detect/tag_fit/picture_processing.hpp"
 #include "tagcal/detect/tag_fit/tag_model.hpp"
 #include "tagcal/internal/parallel.hpp"
 
@@ -87,11 +87,14 @@ struct ViewRefinement {
     std::vector<int> ids;
     const std::vector<TagInPicture> tags = whole_tags(patterns, camera, ids);
     num_tags = static_cast<int>(tags.size());
-    const double gamma = gamma_of_picture(image, tags);
+    const CameraProcessing processing = processing_of_picture(image, tags);
     for (std::size_t i = 0; i < tags.size(); ++i) {
       const auto fitted = [&](bool is_bent) {
         return fit_known_tag(image, *tags[i].pattern, tags[i].corners,
-                             {.camera = &camera, .is_rough = is_bent, .gamma = gamma});
+                             {.camera = &camera,
+                              .is_rough = is_bent,
+                              .gamma = processing.gamma,
+                              .sharpen = processing.sharpen});
       };
       const auto one = fitted(false), other = fitted(true);
       num_straight += put(one, ids[i], straight);

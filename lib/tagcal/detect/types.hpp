@@ -11,6 +11,7 @@
 #include "tagcal/camera/camera.hpp"
 #include "tagcal/scene/dataset.hpp"
 #include "tagcal/scene/image.hpp"
+#include "tagcal/scene/scene.hpp"
 
 namespace tagcal {
 
@@ -144,6 +145,8 @@ struct TagFitOptions {
   bool is_rough = false;
   // Fits the whole tag however large and bent it is, never corner by corner.
   bool is_whole = false;
+  // Every how many-th row of pixels is used: fewer are faster and tell less.
+  int row_step = 1;
   // A fit under the picture's lens follows: a tag that would be fitted corner by corner is not, and
   // only gets approximate corners (TagFit::is_by_corner, not converged); a corner is fitted to half
   // as much of the sides next to it.
@@ -161,6 +164,8 @@ struct TagFitOptions {
   // Grey level = light to this power, as cameras encode it for screens: it makes the blur of a
   // border asymmetric.
   double gamma = 1;
+  // What the camera then did to the levels, which is undone before the fit. Amount 0: nothing.
+  Sharpen sharpen = {0, 1};
 };
 
 // The fit of a printed pattern to pixels. Only if it converged, the numbers are those of its

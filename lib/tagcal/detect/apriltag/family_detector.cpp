@@ -10,7 +10,6 @@
 #include "tagcal/detect/families.hpp"
 #include "tagcal/detect/policy/policy.hpp"
 #include "tagcal/detect/tag_fit/known_tag.hpp"
-#include "tagcal/detect/tag_fit/picture_gamma.hpp"
 #include "tagcal/detect/tag_fit/quad.hpp"
 #include "tagcal/detect/tag_fit/refine_edges.hpp"
 #include "tagcal/error.hpp"
@@ -166,10 +165,8 @@ std::optional<FoundTag> FamilyDetector::refined_again(const ImageView8& image,
                                                       const FoundTag& before,
                                                       const Quad& start) const {
   FoundTag tag{before.id, start, false};
-  const TagFitOptions options{.camera = camera_,
-                              .lens_follows = true,
-                              .rest = before.rest ? &*before.rest : nullptr,
-                              .gamma = gamma_};
+  const TagFitOptions options{
+      .camera = camera_, .lens_follows = true, .rest = before.rest ? &*before.rest : nullptr};
   // A tag that has become too bent for a fit as a whole is fitted as one that is new.
   if (before.rest && is_inside(start, image.size(), 0) && fit(tag, image, options) && tag.rest)
     return tag;
@@ -177,11 +174,11 @@ std::optional<FoundTag> FamilyDetector::refined_again(const ImageView8& image,
 }
 
 bool FamilyDetector::fit(FoundTag& tag, const ImageView8& image, bool lens_follows) const {
-  return (camera_ && fit(tag, image, {.camera = camera_, .gamma = gamma_})) ||
-         fit(tag, image, {.lens_follows = lens_follows, .gamma = gamma_});
+  return (camera_ && fit(tag, image, {.camera = camera_})) ||
+         fit(tag, image, {.lens_follows = lens_follows});
 }
 
-bool FamilyDetector::find_gamma(const ImageView8& image, const std::vector<FoundTag*>& tags) {
+bool FamilyDetector::find_processing(const ImageView8& image, const std::vector<FoundTag*>& tags) {
   // Tags fitted as a whole first: their bends are modelled completely.
   std::vector<const FoundTag*> order(tags.begin(), tags.end());
   std::stable_partition(order.begin(), order.end(),
@@ -193,20 +190,21 @@ bool FamilyDetector::find_gamma(const ImageView8& image, const std::vector<Found
     fitted.push_back({&wanted_.patterns.at(tag->id), tag->corners,
                       is_rough ? &*tag->rough_camera : camera_, is_rough});
   }
-  gamma_ = gamma_of_picture(image, std::move(fitted));
-  if (gamma_ == 1) return false;
+  processing_ = processing_of_picture(image, std::move(fitted));
+  if (processing_.is_none()) return false;
   for (FoundTag* tag : tags)
-    if (!fit(*tag, image, true)) tag->fitted = false;  // its fit without gamma is biased
+    if (!fit(*tag, image, true)) tag->fitted = false;  // its fit without it is biased
   return true;
 }
 
 bool FamilyDetector::fit_roughly(FoundTag& tag, const ImageView8& image,
                                  const Camera& camera) const {
-  return fit(tag, image, {.camera = &camera, .is_rough = true, .gamma = gamma_});
+  return fit(tag, image, {.camera = &camera, .is_rough = true});
 }
 
-bool FamilyDetector::fit(FoundTag& tag, const ImageView8& image,
-                         const TagFitOptions& options) const {
+bool FamilyDetector::fit(FoundTag& tag, const ImageView8& image, TagFitOptions options) const {
+  options.gamma = processing_.gamma;
+  options.sharpen = processing_.sharpen;
   const auto pattern = wanted_.patterns.find(tag.id);
   if (pattern == wanted_.patterns.end()) return false;
   const auto fit = fit_known_tag(image, pattern->second, tag.corners, options);

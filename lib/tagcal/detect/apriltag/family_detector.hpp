@@ -11,6 +11,7 @@
 #include "tagcal/detect/refine.hpp"
 #include "tagcal/detect/tag_fit/image_filters.hpp"
 #include "tagcal/detect/tag_fit/known_tag.hpp"
+#include "tagcal/detect/tag_fit/picture_processing.hpp"
 #include "tagcal/detect/tag_fit/quad.hpp"
 #include "tagcal/detect/types.hpp"
 #include "tagcal/scene/image.hpp"
@@ -85,11 +86,12 @@ class FamilyDetector {
   std::optional<FoundTag> refined_again(const ImageView8& image, const FoundTag& before,
                                         const Quad& start) const;
 
-  // Estimates the gamma of a picture from its tags and fits these again with it. Later fits use it
-  // too, until the next call or forget_gamma(). Returns false if gamma is 1: nothing was fitted.
-  bool find_gamma(const ImageView8& image, const std::vector<FoundTag*>& tags);
-  double gamma() const { return gamma_; }
-  void set_gamma(double gamma) { gamma_ = gamma; }
+  // Estimates the processing of a picture from its tags and fits these again with it. Later fits
+  // use it too, until the next call of this or the next function. Returns false if there is none:
+  // nothing was fitted.
+  bool find_processing(const ImageView8& image, const std::vector<FoundTag*>& tags);
+  const CameraProcessing& processing() const { return processing_; }
+  void set_processing(const CameraProcessing& processing) { processing_ = processing; }
 
   // Fits a tag under a roughly known lens, from its present corners (good to 2 px). If the fit
   // fails, returns false and leaves the tag unchanged.
@@ -104,7 +106,8 @@ class FamilyDetector {
   void add(const ImageView8& image, int id, const Quad& corners, bool exact,
            std::vector<FoundTag>& found);
   bool fit(FoundTag& tag, const ImageView8& image, bool lens_follows) const;
-  bool fit(FoundTag& tag, const ImageView8& image, const TagFitOptions& options) const;
+  // With the picture's processing.
+  bool fit(FoundTag& tag, const ImageView8& image, TagFitOptions options) const;
   Quad unhalved(const std::vector<Image8>& halves, Quad corners, bool is_shrunk) const;
 
   Wanted wanted_;
@@ -112,7 +115,7 @@ class FamilyDetector {
   std::shared_ptr<apriltag_family_t> family_;
   Refinement refinement_;
   const Camera* camera_;
-  double gamma_ = 1;
+  CameraProcessing processing_;
   std::vector<Pass> passes_;
 };
 

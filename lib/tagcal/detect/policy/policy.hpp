@@ -184,6 +184,21 @@ inline constexpr double kTagMaxLogGamma = 0.35;
 // squares over claims +0.3 %.
 inline constexpr double kTagGammaSure = 30;
 
+// ---- Fitting a tag's pattern: the sharpening of a picture
+
+// Bounds of unsharp masking: its amount, and the standard deviation of its Gaussian, px. Source:
+// none; chosen by hand, about twice what the pictures of docs/trust/worlds.md have.
+inline constexpr double kSharpenMaxAmount = 3;
+inline constexpr double kSharpenMinRadiusPx = 0.5;
+inline constexpr double kSharpenMaxRadiusPx = 3;
+// Twice the log-likelihood ratio by which sharpening must beat none (chi-square of two degrees of
+// freedom: 3e-7).
+inline constexpr double kSharpenSure = 30;
+// Noise over contrast of a fit, from which on it may be strong overshoot, which a weak sharpening
+// does not lessen. Source: an amount of 1.5 with a radius of 2 px leaves 0.12 of it after a blur of
+// 1.4 px; where there is less, a weak one lessens it, too.
+inline constexpr double kSharpenNoisyShare = 0.05;
+
 // ---- Completing boards
 
 // Pixels of the smallest halved picture that is searched. Source: x0.7: nothing; x1.4: errors

@@ -267,6 +267,15 @@ TagFit TagFitter::fit_by(const FitStage& stage) {
   return result(end);
 }
 
+// Clipped overshoot has to be known to undo it: one more fit has that of the model.
+TagFit TagFitter::fit_last(const FitStage& stage) {
+  const TagFit fit = fit_by(stage);
+  if (fit.status != TagFitStatus::converged || !unsharpened_ || !unsharpened_->has_bounds())
+    return fit;
+  replace_bounds();
+  return fit_by(stage);
+}
+
 std::optional<BorderShift> TagFitter::border_shift() {
   if (options_.shift_sd_px <= 0) return BorderShift{Vector2d::Zero(), Vector2d::Constant(kHeld)};
   if (!start_fit()) return std::nullopt;
@@ -308,8 +317,9 @@ TagFit TagFitter::fit() {
     return last_.variance < policy::kTagMaxVarianceGrowth * window_variance;
   };
   const FitStage last{.max_steps = options_.max_iterations,
-                      .window_px = is_quick() ? window_px(2) : 0};
-  TagFit fit = fit_by(last);
+                      .window_px = is_quick() ? window_px(2) : 0,
+                      .row_step = std::max(1, options_.row_step)};
+  TagFit fit = fit_last(last);
   // Pixels sample a border of half the usual spread too coarsely: two fifths of its spectrum,
   // exp(-(pi spread)^2 / 2), are left at half the sampling rate.
   if (fit.status == TagFitStatus::not_converged && model_.spread() < policy::kUsualSpreadPx / 2) {

@@ -9,6 +9,7 @@
 #include <optional>
 #include <vector>
 
+#include "tagcal/detect/tag_fit/sharpening.hpp"
 #include "tagcal/detect/tag_fit/straight_view.hpp"
 #include "tagcal/detect/tag_fit/tag_model.hpp"
 #include "tagcal/detect/tag_fit/tag_region.hpp"
@@ -31,9 +32,14 @@ struct TagPatch {
   int width = 0;
   int height = 0;
   std::vector<float> levels;  // row by row, and room for a pack
+  float beyond = 0;           // as in TagTable
 
   const float* row(int y) const { return levels.data() + static_cast<std::ptrdiff_t>(y) * width; }
-  float at(int x, int y) const { return row(y)[x]; }
+  // Of a level that is a bound, the bound.
+  float at(int x, int y) const {
+    const float level = row(y)[x];
+    return level > beyond / 2 ? level - beyond : level < -beyond / 2 ? level + beyond : level;
+  }
   // Number of residuals by pixels, and of zeros behind them.
   int room_for_residuals() const;
 };
@@ -158,6 +164,10 @@ class TagFitter {
   double third_order_px() const;
 
  private:
+  template <typename T>
+  void copy_levels(const ImageView<T>& image);
+  void copy_unsharpened();
+  void replace_bounds();
   bool look();
   std::optional<Eigen::AlignedBox2d> box() const;
   bool start_fit();
@@ -179,6 +189,7 @@ class TagFitter {
   void add_flat(bool white);
 
   TagFit fit_by(const FitStage& stage);
+  TagFit fit_last(const FitStage& stage);
   bool may_need_light() const;
   LightSums collect_light(const LightSums::Terms& light);
   void add_light(const TagBlock& block);
@@ -222,6 +233,7 @@ class TagFitter {
   std::optional<StraightView> view_;  // only if the lens is known
   std::optional<StraightPlaces> places_;
   Eigen::Matrix3d image_from_tag_;
+  std::optional<UnsharpenedPart> unsharpened_;  // only if the picture is sharpened
   TagPatch patch_;
   ImageSize size_;                               // of the picture
   TagParameters prior_ = TagParameters::Zero();  // weights
@@ -249,7 +261,8 @@ class TagFitter {
   FitStep last_;
   int iterations_ = 0;
   bool is_for_parts_ = false;
-  bool is_smooth_ = false;  // the pixels
+  bool is_smooth_ = false;   // the pixels
+  bool wants_flat_ = false;  // residuals of pixels of one colour, too
 };
 
 }  // namespace tagcal::internal

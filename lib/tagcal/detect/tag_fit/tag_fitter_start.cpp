@@ -74,12 +74,26 @@ std::optional<Eigen::AlignedBox2d> TagFitter::box() const {
 }
 
 template <typename T>
+void TagFitter::copy_levels(const ImageView<T>& image) {
+  constexpr float kFull = std::numeric_limits<T>::max();
+  model_.set_range(0, kFull);
+  if (options_.sharpen.amount > 0) {
+    unsharpened_.emplace(image, PixelBox{patch_.x0, patch_.y0, {patch_.width, patch_.height}},
+                         options_.sharpen);
+    return copy_unsharpened();
+  }
+  for (int y = 0; y < patch_.height; ++y) {
+    const T* row = image.row(patch_.y0 + y) + patch_.x0;
+    patch_.levels.insert(patch_.levels.end(), row, row + patch_.width);
+  }
+}
+
+template <typename T>
 bool TagFitter::cut(const ImageView<T>& image) {
   if (!look()) return false;
   const auto covered = box();
   if (!covered) return false;
   size_ = image.size();
-  model_.set_range(0, std::numeric_limits<T>::max());
   const Vector2d last(image.width() - 1, image.height() - 1);
   const Vector2d low = covered->min().cwiseMax(0.0).cwiseMin(last);
   const Vector2d high = covered->max().cwiseMax(0.0).cwiseMin(last);
@@ -87,10 +101,7 @@ bool TagFitter::cut(const ImageView<T>& image) {
   patch_.y0 = static_cast<int>(std::floor(low.y()));
   patch_.width = static_cast<int>(std::ceil(high.x())) - patch_.x0 + 1;
   patch_.height = static_cast<int>(std::ceil(high.y())) - patch_.y0 + 1;
-  for (int y = 0; y < patch_.height; ++y) {
-    const T* row = image.row(patch_.y0 + y) + patch_.x0;
-    patch_.levels.insert(patch_.levels.end(), row, row + patch_.width);
-  }
+  copy_levels(image);
   patch_.levels.resize(patch_.levels.size() + kTagPack);
   if (view_)
     places_.emplace(*view_, Eigen::Vector2i(patch_.x0, patch_.y0),
@@ -160,6 +171,32 @@ bool TagFitter::begin_with(const TagFitRest& rest, TagParameters& parameters) co
   const std::optional<Matrix3d> image_from_tag = homography(region_.corners_on_tag, places);
   if (image_from_tag) set_homography(*image_from_tag, parameters);
   return image_from_tag && parameters.allFinite();
+}
+
+void TagFitter::copy_unsharpened() {
+  patch_.beyond = unsharpened_->beyond();
+  patch_.levels = unsharpened_->levels();
+  patch_.levels.resize(patch_.levels.size() + kTagPack);
+  model_.set_range(-patch_.beyond / 2, patch_.beyond / 2, patch_.beyond);
+  is_selection_kept_ = false;
+}
+
+// Undoes the sharpening again, with the model's levels for those that are bounds.
+void TagFitter::replace_bounds() {
+  for (int y = 0; y < patch_.height; ++y)
+    for (int x = 0; x < patch_.width; ++x)
+      patch_.levels[static_cast<std::size_t>(y * patch_.width + x)] = patch_.at(x, y);
+  patch_.beyond = 0;
+  model_.set_range(-HUGE_VALF, HUGE_VALF);
+  is_selection_kept_ = false;
+  wants_flat_ = true;
+  collect();
+  wants_flat_ = false;
+  std::vector<float> levels = patch_.levels;
+  for (std::size_t i = 0; i + kTagPack < levels.size(); ++i)
+    levels[i] -= border_residuals_[static_cast<Eigen::Index>(i)];
+  unsharpened_->replace_bounds(levels);
+  copy_unsharpened();
 }
 
 // Smooths the pixels by the binomial filter 1 2 1 in both directions, and the model with them.

@@ -123,7 +123,8 @@ void TagFitter::select_row(int row, std::array<TagFlatSums, 2>& flat) {
     const std::int32_t seen = model_.seen(same.begin);
     while (same.end < span.end && model_.seen(same.end) == seen) ++same.end;
     if (seen == kSeenEnd) add_span(open_[0], {}, same);
-    if (seen == kSeenLine) add_span(open_[0], row, same);
+    const bool is_flat = seen == kSeenBlack || seen == kSeenWhite;
+    if (seen == kSeenLine || (is_flat && wants_flat_)) add_span(open_[0], row, same);
     if (seen == kSeenLines) add_span(open_[1], row, same);
   }
 }

@@ -58,31 +58,14 @@ inline void put_bends(TagDerivatives& all, int at, Pack x, Pack y, Pack by_x, Pa
   }
 }
 
-// Share of white in grey levels from that in light; multiplies `gain` by its derivative.
-inline Pack grey_of_light(const TagTable& table, Pack white, Pack& gain) {
-  const Pack least = splat<Pack>(1e-3F);  // numeric: keeps the logarithm finite
-  const Pack light = table.black_light + (1.0F - table.black_light) * white;
-  const Pack x = larger(light, least);
-  const Pack grey = exp_minus(-table.gamma * logarithm(x));
-  const Pack stretch = splat<Pack>(1.0F / (1.0F - table.black_grey));
-  gain *= stretch * table.gamma * (1.0F - table.black_light) * grey / x;
-  return stretch * (grey - table.black_grey);
-}
-
-// All bits set where a level is at an end of its range and the model beyond it: the pixel says
-// nothing more.
-inline IntPack is_clipped(const TagTable& table, Pack level, Pack model) {
-  return ((level >= table.full_level) & (model > level)) |
-         ((level <= table.least_level) & (model < level));
-}
-
 inline void put_derivatives(const TagTable& table, const TagBlock& block, int at, Pack white,
                             const ByGeometry& by, TagDerivatives& all) {
   const Pack x = load<Pack>(&block.x[at]), y = load<Pack>(&block.y[at]);
   const Pack contrast = table.gain + table.gain_by_x * x + table.gain_by_y * y;
   Pack gain = contrast;
   if (table.gamma != 1.0F) white = grey_of_light(table, white, gain);
-  const Pack level = load<Pack>(&block.level[at]), model = table.black + contrast * white;
+  const Pack model = table.black + contrast * white;
+  Pack level = load<Pack>(&block.level[at]);
   const Pack zero = {}, one = is_clipped(table, level, model) ? zero : splat<Pack>(1.0F);
   gain *= one;
   white *= one;

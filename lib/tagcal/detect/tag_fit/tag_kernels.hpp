@@ -36,8 +36,9 @@ struct TagTable {
   float box;       // fourth cumulant of a pixel's square over 24 spread^4, along a side
   int num_terms;   // of the series for the integral over a quadrant
   float black, gain, gain_by_x, gain_by_y;
-  // The ends of the levels' range: a pixel at one of them is anywhere beyond it.
-  float least_level, full_level;
+  // The ends of the levels' range. A level at one of them, or beyond, is a bound: moved back
+  // towards the range by `beyond`, it is the least, or the most, that the light is.
+  float least_level, full_level, beyond;
   // Shifts of the borders between black and white towards black, in spreads: constant in the
   // picture (bloom), and constant on the tag (ink; where one unit of the tag is one of the places).
   float shift, shift_on_tag;

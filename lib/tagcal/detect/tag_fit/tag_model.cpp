@@ -35,7 +35,7 @@ double cosine(const TagLine& a, const TagLine& b, const Eigen::Matrix2d& squares
 
 TagModel::TagModel(const TagGrid& grid, double scale, double gamma)
     : scale_(scale), gamma_(gamma), column_lines_(grid.columns), row_lines_(grid.rows) {
-  set_range(-HUGE_VAL, HUGE_VAL);
+  set_range(-HUGE_VALF, HUGE_VALF);
   const std::size_t n = grid.columns.size() - 1;
   for (std::size_t i = 0; i < grid.cells.size(); ++i) {
     if (grid.cells[i] == TagPattern::white) table_.cells[i / n] |= 1U << (i % n);
@@ -43,9 +43,10 @@ TagModel::TagModel(const TagGrid& grid, double scale, double gamma)
   }
 }
 
-void TagModel::set_range(double least, double full) {
-  table_.least_level = static_cast<float>(least);
-  table_.full_level = static_cast<float>(full);
+void TagModel::set_range(float least, float full, float beyond) {
+  table_.least_level = least;
+  table_.full_level = full;
+  table_.beyond = beyond;
 }
 
 void TagModel::set(const TagParameters& parameters) {

@@ -65,8 +65,8 @@ class TagModel {
  public:
   // Grey level = light^gamma.
   TagModel(const TagGrid& grid, double scale, double gamma = 1);
-  // The ends of the levels' range, at which they are clipped.
-  void set_range(double least, double full);
+  // The ends of the levels' range, at which they are clipped (TagTable).
+  void set_range(float least, float full, float beyond = 0);
 
   void set(const TagParameters& parameters);
   const TagParameters& parameters() const { return parameters_; }

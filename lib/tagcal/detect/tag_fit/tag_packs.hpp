@@ -115,5 +115,25 @@ inline LinePack load_lines(const TagLine* lines, const std::int32_t* first) {
 #endif
 }
 
+// Share of white in grey levels from that in light; multiplies `gain` by its derivative.
+inline Pack grey_of_light(const TagTable& table, Pack white, Pack& gain) {
+  const Pack least = splat<Pack>(1e-3F);  // numeric: keeps the logarithm finite
+  const Pack light = table.black_light + (1.0F - table.black_light) * white;
+  const Pack x = larger(light, least);
+  const Pack grey = exp_minus(-table.gamma * logarithm(x));
+  const Pack stretch = splat<Pack>(1.0F / (1.0F - table.black_grey));
+  gain *= stretch * table.gamma * (1.0F - table.black_light) * grey / x;
+  return stretch * (grey - table.black_grey);
+}
+
+// All bits set where a level is at an end of its range and the model beyond it: the pixel says
+// nothing more. Moves a level that is a bound back towards the range.
+inline IntPack is_clipped(const TagTable& table, Pack& level, Pack model) {
+  const Pack zero = {}, beyond = zero + table.beyond;
+  const IntPack is_least = level >= table.full_level, is_most = level <= table.least_level;
+  level += is_most ? beyond : is_least ? -beyond : zero;
+  return (is_least & (model > level)) | (is_most & (model < level));
+}
+
 }  // namespace
 }  // namespace tagcal::internal
