@@ -17,21 +17,25 @@ namespace {
 struct Print {
   double ink_px = 0;  // that black has grown
   double gamma = 1;
+  double side_px = 40;
+  double blur_px = 0.8;
 };
 
-// Tags of 40 px, tilted by up to 60 degrees.
+// Tags tilted by up to 60 degrees.
 class PrintedTags {
  public:
   explicit PrintedTags(const Print& print) : print_(print) {}
 
   TagView next() {
-    TagScene tag({kSide, random_.uniform(0, 60), 0.8, 2}, random_);
-    tag.scene.camera = {pinhole(900, 900, kMiddle, kMiddle), {kWidth, kWidth}};
-    tag.scene.ink_spread_m = print_.ink_px / kSide;  // the tag's side is 1 m
+    const double side = print_.side_px, middle = 1.495 * side;
+    TagScene tag({side, random_.uniform(0, 60), print_.blur_px, 2}, random_);
+    const int width = static_cast<int>(3 * side);
+    tag.scene.camera = {pinhole(900, 900, middle, middle), {width, width}};
+    tag.scene.ink_spread_m = print_.ink_px / side;  // the tag's side is 1 m
     tag.scene.sensor.gamma = print_.gamma;
     tag.scene.paper_level = std::pow(220 / 255.0, 1 / print_.gamma);
     tag.scene.ink_level = std::pow(30 / 255.0, 1 / print_.gamma);
-    const Pose pose = tag_pose(Eigen::Vector3d::UnitZ(), 900 / kSide, random_.uniform(0, 60),
+    const Pose pose = tag_pose(Eigen::Vector3d::UnitZ(), 900 / side, random_.uniform(0, 60),
                                random_turns(random_));
     return tag.view(pose, random_);
   }
@@ -39,8 +43,6 @@ class PrintedTags {
   Random& random() { return random_; }
 
  private:
-  static constexpr double kSide = 40, kMiddle = 59.8;
-  static constexpr int kWidth = 120;
   Print print_;
   Random random_{77};
 };
@@ -48,7 +50,6 @@ class PrintedTags {
 Trials trials(const Print& print, TagFitOptions options) {
   PrintedTags tags(print);
   const TagFamily family = tag_family("tag36h11", 1);
-  options.bend_sd_per_px = 0;
   Tally tally;
   for (int i = 0; i < 40; ++i) {
     const TagView view = tags.next();
@@ -59,8 +60,14 @@ Trials trials(const Print& print, TagFitOptions options) {
   return tally.result();
 }
 
-TEST(EdgeShift, CornersStayWhereInkHasSpread) {
+TagFitOptions straight_lines() {
   TagFitOptions options;
+  options.bend_sd_per_px = 0;
+  return options;
+}
+
+TEST(EdgeShift, CornersStayWhereInkHasSpread) {
+  TagFitOptions options = straight_lines();
   options.shift_sd_px = 0.1;
   for (const double ink_px : {-0.3, -0.15, 0.0, 0.15, 0.3}) {
     const Trials t = trials({ink_px, 1}, options);
@@ -69,11 +76,24 @@ TEST(EdgeShift, CornersStayWhereInkHasSpread) {
     EXPECT_LT(t.rms, 0.008) << ink_px;
     EXPECT_NEAR(t.nees, 1, 0.3) << ink_px;
   }
-  EXPECT_GT(trials({0.15, 1}, {}).outwards, 0.03);
+  EXPECT_GT(trials({0.15, 1}, straight_lines()).outwards, 0.03);
+}
+
+// Large tags are fitted corner by corner, with the shift that few rows of the whole tag show.
+TEST(EdgeShift, CornersOfLargeTagsStayWhereInkHasSpread) {
+  TagFitOptions options;
+  options.shift_sd_px = 0.1;
+  for (const double blur_px : {0.3, 0.8})
+    for (const double ink_px : {-0.3, 0.3}) {
+      const Trials t = trials({ink_px, 1, 160, blur_px}, options);
+      EXPECT_EQ(t.failed, 0) << ink_px;
+      EXPECT_LT(std::abs(t.outwards), 0.005) << ink_px << " " << blur_px;
+      EXPECT_NEAR(t.nees, 1, 0.3) << ink_px << " " << blur_px;
+    }
 }
 
 TEST(EdgeShift, CornersStayUnderGamma) {
-  TagFitOptions options;
+  TagFitOptions options = straight_lines();
   options.shift_sd_px = 0.1;
   EXPECT_GT(trials({0, 0.45}, options).nees, 1.4);  // what the residuals show widens the claims
   options.gamma = 0.45;

@@ -24,7 +24,7 @@ constexpr double kTiny = 1e-12;           // numeric: keeps a step of zero from 
 // step's square (px and blur in spreads, gain relative).
 constexpr double kLeastGain = 3e-4;    // numeric: Gauss-Newton's own rate of convergence
 constexpr double kSecondOrder = 0.25;  // numeric: rate of convergence by second derivatives
-constexpr double kNearPx = 0.25;       // numeric: after a smaller step all rows are used
+constexpr double kShiftEndPx = 0.01;   // numeric: a tenth of what the corners of a large tag claim
 constexpr double kHeld = 1e18;         // the prior's weight for parameters that are held
 constexpr int kMaxInWindow = 3;        // iterations in one window
 constexpr int kFewRows = 16;
@@ -112,7 +112,7 @@ StageEnd TagFitter::run(const FitStage& stage) {
     model_.set(last_.next);
     ++iterations_;
     if (!stage.is_rough && stage.window_px == 0 && widen_prior_of_bends()) last_.left_over = 1;
-    if (stage.is_rough ? last_.move_px < kNearPx : last_.left_over < kConvergedSize) break;
+    if (stage.is_rough ? last_.move_px < stage.end_px : last_.left_over < kConvergedSize) break;
   }
   return StageEnd::reached;
 }
@@ -280,9 +280,11 @@ std::optional<BorderShift> TagFitter::border_shift() {
   if (options_.shift_sd_px <= 0) return BorderShift{Vector2d::Zero(), Vector2d::Constant(kHeld)};
   if (!start_fit()) return std::nullopt;
   const int row_step = std::clamp(patch_.height / kFewRows, 1, kMaxRowStep);
-  const StageEnd end =
-      run({.max_steps = 2 * kMaxOnFewRows, .is_rough = true, .row_step = row_step});
-  if (end != StageEnd::reached || last_.move_px > kNearPx) return std::nullopt;
+  const StageEnd end = run({.max_steps = 2 * kMaxOnFewRows,
+                            .is_rough = true,
+                            .row_step = row_step,
+                            .end_px = kShiftEndPx});
+  if (end != StageEnd::reached || last_.move_px > kShiftEndPx) return std::nullopt;
   if (may_need_light()) admit_light();
   const Eigen::Matrix<double, kCount, 2> columns =
       posterior(1).solve(TagInformation::Identity().middleCols<2>(kShift));

@@ -70,6 +70,7 @@ struct FitStage {
   double window_px = 0;    // half side of the window about the region's corner; 0: the region
   int row_step = 1;        // every how many-th row is used
   bool is_affine = false;  // perspective, shifts and bends are held
+  double end_px = 0.25;    // numeric: of a rough stage: it ends with a smaller step of the corners
 };
 
 // The shift of a tag's borders (TagFit::shift_px).

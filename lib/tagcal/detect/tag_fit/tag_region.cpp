@@ -98,7 +98,8 @@ TagRegion part_of_tag(const TagPattern& pattern, const TagCorners& corners, std:
                           std::abs((down.low + down.high) / 2 - v) * along_v;
   const double scale = (share_u * along_u.norm() + share_v * along_v.norm()) / 4;
   TagRegion region{cut(pattern, across, down), {}, middle, scale, corner};
-  change_units(region, Vector2d(u, v), Vector2d(2 / share_u, 2 / share_v));
+  // One unit for both directions, as on the whole tag: ink that spreads is foreshortened as it is.
+  change_units(region, Vector2d(u, v), Vector2d::Constant(2 * mean_half_side(corners) / scale));
   return region;
 }
 
