@@ -124,8 +124,7 @@ void find_views_of_tags(const TagSearch& search, Input& input, const Camera* cam
                                            count > 1 ? fmt::format(" ({})", count) : "");
       input.dataset.views.push_back(view_of(tag, name));
       pictures.push_back({name, input.images[i].load});
-      if (const auto time = input.times_s.find(input.images[i].name); time != input.times_s.end())
-        input.times_s[name] = time->second;
+      if (const auto time = time_of(input, input.images[i].name)) input.times_s[name] = *time;
       ids.insert(tag.id);
     }
   }

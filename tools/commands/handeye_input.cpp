@@ -79,8 +79,7 @@ HandeyeInput read_pictures(const HandeyeArguments& arguments) {
     if (view.observations.empty()) continue;
     read.views.push_back(
         {view.image, view_correspondences(view, points, camera.camera_error_px), {}, {}});
-    if (const auto time = input.times_s.find(view.image); time != input.times_s.end())
-      read.views.back().time_s = time->second;
+    read.views.back().time_s = time_of(input, view.image);
   }
   return read;
 }

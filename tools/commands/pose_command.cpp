@@ -189,8 +189,7 @@ class Poses {
       reports[i] =
           estimate(problem, options_for(problem, arguments_), camera_, input_.dataset.image_size);
       reports[i].image = views[i].image;
-      if (const auto time = input_.times_s.find(views[i].image); time != input_.times_s.end())
-        reports[i].time_s = time->second;
+      reports[i].time_s = time_of(input_, views[i].image);
       if (claim_)
         if (auto finding = contradiction_of_camera(views[i], input_.dataset.boards, *claim_))
           reports[i].findings.push_back(*std::move(finding));

@@ -54,9 +54,9 @@ void check_folders(const std::vector<std::string>& folders) {
 // The times of frames of videos or bags, if all views are such.
 void set_times(const Input& input, RigCamera& camera) {
   for (const View& view : camera.data.views) {
-    const auto time = input.times_s.find(view.image);
-    if (time == input.times_s.end()) return camera.times_s.clear();
-    camera.times_s.push_back(time->second);
+    const auto time = time_of(input, view.image);
+    if (!time) return camera.times_s.clear();
+    camera.times_s.push_back(*time);
   }
 }
 

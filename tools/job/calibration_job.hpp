@@ -8,7 +8,8 @@
 
 namespace tagcal::tools {
 
-// What the shutter of frames with times is taken for. `automatic`: a rolling one if it is seen.
+// How a calibration treats the shutter of frames with times. `automatic` takes it for a rolling one
+// if the corners show its readout.
 enum class Shutter { automatic, rolling, global };
 
 // One data set to calibrate.

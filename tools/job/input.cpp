@@ -178,6 +178,11 @@ void check_outputs(const InputArguments& arguments, const Input& input) {
 
 }  // namespace
 
+std::optional<double> time_of(const Input& input, const std::string& image) {
+  const auto time = input.times_s.find(image);
+  return time == input.times_s.end() ? std::nullopt : std::optional(time->second);
+}
+
 Input input_of(const std::string& name, const Dataset& dataset,
                const std::vector<fs::path>& pictures) {
   Input input;

@@ -66,6 +66,9 @@ struct Input {
 // or another output.
 Input read_input(const InputArguments& arguments);
 
+// The time of a picture or view by its name (Input::times_s), if it has one.
+std::optional<double> time_of(const Input& input, const std::string& image);
+
 // The input of pictures that were read before, with their boards.
 Input input_of(const std::string& name, const Dataset& dataset,
                const std::vector<std::filesystem::path>& pictures);

@@ -29,8 +29,7 @@ std::string or_empty(const std::optional<double>& value) {
 // From `probability` to sigma_rz_rad.
 std::string pose_fields(const PoseHypothesis& hypothesis) {
   const Pose target_from_camera = hypothesis.camera_from_target.inverse();
-  Eigen::Quaterniond q = target_from_camera.rotation();
-  if (q.w() < 0) q.coeffs() *= -1;
+  const Eigen::Quaterniond q = shown_rotation(target_from_camera);
   const Eigen::Vector3d& t = target_from_camera.translation();
   std::string fields = fmt::format("{},{},{},{},{},{},{},{}", hypothesis.probability, t.x(), t.y(),
                                    t.z(), q.w(), q.x(), q.y(), q.z());

@@ -27,13 +27,6 @@ using internal::degrees;
 
 Json or_null(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
 
-// Returns the quaternion with w >= 0, so that equal poses look equal.
-Eigen::Quaterniond shown_rotation(const Pose& pose) {
-  Eigen::Quaterniond q = pose.rotation();
-  if (q.w() < 0) q.coeffs() *= -1;
-  return q;
-}
-
 Json rotation_json(const Pose& pose) {
   const Eigen::Quaterniond q = shown_rotation(pose);
   return {q.w(), q.x(), q.y(), q.z()};
@@ -258,6 +251,12 @@ PoseReport common(const Estimate& estimate) {
 }
 
 }  // namespace
+
+Eigen::Quaterniond shown_rotation(const Pose& pose) {
+  Eigen::Quaterniond q = pose.rotation();
+  if (q.w() < 0) q.coeffs() *= -1;
+  return q;
+}
 
 PoseReport reported(const PoseEstimate& estimate) { return common(estimate); }
 

@@ -33,6 +33,9 @@ struct PoseReport {
 PoseReport reported(const PoseEstimate& estimate);
 PoseReport reported(const PoseAndFocalEstimate& estimate, const PoseAndFocalOptions& options);
 
+// Returns the quaternion with w >= 0, so that equal poses look equal.
+Eigen::Quaterniond shown_rotation(const Pose& pose);
+
 // Returns one JSON object (docs/tasks/pose.md). Unknown values are null.
 std::string pose_json(const std::vector<PoseReport>& views);
 

@@ -63,7 +63,7 @@ constexpr std::string_view kTimestamp =
 class McapFile {
  public:
   void add(TopicNumber topic, std::uint64_t time_ns, const std::string& json) {
-    messages_[topic].emplace_back(time_ns, definitions().size() + records_.size());
+    messages_[topic].emplace_back(time_ns, definitions_.size() + records_.size());
     records_ += record(kMessage, bytes_of(number_of(topic)) +
                                      bytes_of(static_cast<std::uint32_t>(sequence_++)) +
                                      bytes_of(time_ns) + bytes_of(time_ns) + json);
@@ -87,8 +87,8 @@ class McapFile {
     const std::size_t size_of_indices = file.size() - indices_at;
     file += record(kDataEnd, bytes_of(std::uint32_t{0}));
     const std::size_t summary_at = file.size();
-    const std::uint64_t size = definitions().size() + records_.size();
-    file += definitions() + statistics();
+    const std::uint64_t size = definitions_.size() + records_.size();
+    file += definitions_ + statistics();
     file += record(kChunkIndex, times() + bytes_of(std::uint64_t{chunk_at}) +
                                     bytes_of(std::uint64_t{chunk.size()}) + sized(places) +
                                     bytes_of(std::uint64_t{size_of_indices}) + sized("") +
@@ -116,7 +116,7 @@ class McapFile {
     return static_cast<char>(op) + bytes_of(std::uint64_t{data.size()}) + data;
   }
 
-  // Of a schema and of its channel: 0 is none.
+  // The number of a topic's schema and of its channel. The format keeps 0 for "no schema".
   static std::uint16_t number_of(std::size_t topic) {
     return static_cast<std::uint16_t>(topic + 1);
   }
@@ -139,7 +139,7 @@ class McapFile {
   std::string times() const { return bytes_of(first_ns_) + bytes_of(last_ns_); }
 
   std::string chunk_data() const {
-    const std::string records = definitions() + records_;
+    const std::string records = definitions_ + records_;
     const std::uint64_t size = records.size();
     return times() + bytes_of(size) + bytes_of(std::uint32_t{0}) + sized("") + bytes_of(size) +
            records;
@@ -164,6 +164,7 @@ class McapFile {
                                    bytes_of(std::uint32_t{1}) + times() + sized(counts));
   }
 
+  const std::string definitions_ = definitions();  // of schemas and channels
   std::string records_;
   std::array<std::vector<std::pair<std::uint64_t, std::size_t>>, kTopics.size()> messages_;
   std::size_t sequence_ = 0;
