@@ -11,7 +11,7 @@
 #include "tagcal/detect/circle_search/circle_centres.hpp"
 #include "tagcal/detect/tag_fit/image_filters.hpp"
 #include "tagcal/detect/tag_fit/known_tag.hpp"
-#include "tagcal/detect/tag_fit/picture_processing.hpp"
+#include "tagcal/detect/tag_fit/picture_terms.hpp"
 #include "tagcal/detect/tag_fit/tag_model.hpp"
 #include "tagcal/internal/parallel.hpp"
 
@@ -87,10 +87,11 @@ struct ViewRefinement {
     std::vector<int> ids;
     const std::vector<TagInPicture> tags = whole_tags(patterns, camera, ids);
     num_tags = static_cast<int>(tags.size());
-    const CameraProcessing processing = processing_of_picture(image, tags);
+    const auto [processing, print] = terms_of_picture(image, tags);
     for (std::size_t i = 0; i < tags.size(); ++i) {
-      const auto fitted = [&](bool is_bent) {
-        return fit_known_tag(image, *tags[i].pattern, tags[i].corners,
+      const TagPattern pattern = print.printed(*tags[i].pattern);
+      const auto fitted = [&, &processing = processing](bool is_bent) {
+        return fit_known_tag(image, pattern, tags[i].corners,
                              {.camera = &camera,
                               .is_rough = is_bent,
                               .gamma = processing.gamma,

@@ -178,7 +178,7 @@ bool FamilyDetector::fit(FoundTag& tag, const ImageView8& image, bool lens_follo
          fit(tag, image, {.lens_follows = lens_follows});
 }
 
-bool FamilyDetector::find_processing(const ImageView8& image, const std::vector<FoundTag*>& tags) {
+bool FamilyDetector::find_terms(const ImageView8& image, const std::vector<FoundTag*>& tags) {
   // Tags fitted as a whole first: their bends are modelled completely.
   std::vector<const FoundTag*> order(tags.begin(), tags.end());
   std::stable_partition(order.begin(), order.end(),
@@ -190,10 +190,10 @@ bool FamilyDetector::find_processing(const ImageView8& image, const std::vector<
     fitted.push_back({&wanted_.patterns.at(tag->id), tag->corners,
                       is_rough ? &*tag->rough_camera : camera_, is_rough});
   }
-  processing_ = processing_of_picture(image, std::move(fitted));
-  if (processing_.is_none()) return false;
+  terms_ = terms_of_picture(image, std::move(fitted));
+  if (terms_.is_none()) return false;
   for (FoundTag* tag : tags)
-    if (!fit(*tag, image, true)) tag->fitted = false;  // its fit without it is biased
+    if (!fit(*tag, image, true)) tag->fitted = false;  // its fit without them is biased
   return true;
 }
 
@@ -203,11 +203,14 @@ bool FamilyDetector::fit_roughly(FoundTag& tag, const ImageView8& image,
 }
 
 bool FamilyDetector::fit(FoundTag& tag, const ImageView8& image, TagFitOptions options) const {
-  options.gamma = processing_.gamma;
-  options.sharpen = processing_.sharpen;
+  options.gamma = terms_.processing.gamma;
+  options.sharpen = terms_.processing.sharpen;
   const auto pattern = wanted_.patterns.find(tag.id);
   if (pattern == wanted_.patterns.end()) return false;
-  const auto fit = fit_known_tag(image, pattern->second, tag.corners, options);
+  const auto fit =
+      terms_.print.is_none()
+          ? fit_known_tag(image, pattern->second, tag.corners, options)
+          : fit_known_tag(image, terms_.print.printed(pattern->second), tag.corners, options);
   if (!fit) return false;
   tag.corners = fit->corners;
   tag.covariance_px2 = fit->covariance_px2;

@@ -11,7 +11,7 @@
 #include "tagcal/detect/refine.hpp"
 #include "tagcal/detect/tag_fit/image_filters.hpp"
 #include "tagcal/detect/tag_fit/known_tag.hpp"
-#include "tagcal/detect/tag_fit/picture_processing.hpp"
+#include "tagcal/detect/tag_fit/picture_terms.hpp"
 #include "tagcal/detect/tag_fit/quad.hpp"
 #include "tagcal/detect/types.hpp"
 #include "tagcal/scene/image.hpp"
@@ -86,12 +86,12 @@ class FamilyDetector {
   std::optional<FoundTag> refined_again(const ImageView8& image, const FoundTag& before,
                                         const Quad& start) const;
 
-  // Estimates the processing of a picture from its tags and fits these again with it. Later fits
-  // use it too, until the next call of this or the next function. Returns false if there is none:
+  // Estimates the terms of a picture from its tags and fits these again with them. Later fits have
+  // them too, until the next call of this or the next function. Returns false if there are none:
   // nothing was fitted.
-  bool find_processing(const ImageView8& image, const std::vector<FoundTag*>& tags);
-  const CameraProcessing& processing() const { return processing_; }
-  void set_processing(const CameraProcessing& processing) { processing_ = processing; }
+  bool find_terms(const ImageView8& image, const std::vector<FoundTag*>& tags);
+  const PictureTerms& terms() const { return terms_; }
+  void set_terms(const PictureTerms& terms) { terms_ = terms; }
 
   // Fits a tag under a roughly known lens, from its present corners (good to 2 px). If the fit
   // fails, returns false and leaves the tag unchanged.
@@ -106,7 +106,7 @@ class FamilyDetector {
   void add(const ImageView8& image, int id, const Quad& corners, bool exact,
            std::vector<FoundTag>& found);
   bool fit(FoundTag& tag, const ImageView8& image, bool lens_follows) const;
-  // With the picture's processing.
+  // With the picture's terms.
   bool fit(FoundTag& tag, const ImageView8& image, TagFitOptions options) const;
   Quad unhalved(const std::vector<Image8>& halves, Quad corners, bool is_shrunk) const;
 
@@ -115,7 +115,7 @@ class FamilyDetector {
   std::shared_ptr<apriltag_family_t> family_;
   Refinement refinement_;
   const Camera* camera_;
-  CameraProcessing processing_;
+  PictureTerms terms_;
   std::vector<Pass> passes_;
 };
 

@@ -159,20 +159,20 @@ void TagSearch::fit_bent(const ImageView8& image, SeenTags& seen) const {
     fit_under_lens(image, *boards_[i], detector_, seen.completions[i]);
 }
 
-// Fits the tags again if the camera has processed the picture.
-void TagSearch::fit_with_processing(const ImageView8& image, SeenTags& seen) {
+// Fits the tags again if the picture has terms.
+void TagSearch::fit_with_terms(const ImageView8& image, SeenTags& seen) {
   std::vector<FoundTag*> tags;
   for (FoundTag& tag : seen.tags) tags.push_back(&tag);
   for (Completion& completion : seen.completions)
     for (FoundTag& tag : completion.tags) tags.push_back(&tag);
-  if (detector_.find_processing(image, tags)) fit_bent(image, seen);
+  if (detector_.find_terms(image, tags)) fit_bent(image, seen);
 }
 
 void TagSearch::fit(const ImageView8& image, SeenTags& seen) {
   fit_bent(image, seen);
-  fit_with_processing(image, seen);
-  seen.processing = detector_.processing();
-  detector_.set_processing({});
+  fit_with_terms(image, seen);
+  seen.terms = detector_.terms();
+  detector_.set_terms({});
   std::erase_if(seen.tags, [](const FoundTag& tag) { return !tag.fitted; });
   for (Completion& completion : seen.completions) drop_unfitted(completion);
 }
@@ -227,20 +227,20 @@ std::optional<std::vector<FoundTag>> TagSearch::followed_tags(const ImageView8& 
 std::optional<SeenTags> TagSearch::follow(const ImageView8& image, const SeenTags& before,
                                           const PictureShift& shift) {
   if (boards_.empty() || !before.strange.empty() || !before.repeated.empty()) return std::nullopt;
-  detector_.set_processing(before.processing);
+  detector_.set_terms(before.terms);
   SeenTags seen;
-  seen.processing = before.processing;
+  seen.terms = before.terms;
   const auto tags = followed_tags(image, before, shift);
   if (tags) {
     complete(image, *tags, seen);
     if (options_.refinement == Refinement::fit) {
       fit_bent(image, seen);
-      if (!before.processing.is_none()) fit_with_processing(image, seen);
-      seen.processing = detector_.processing();
+      if (!before.terms.is_none()) fit_with_terms(image, seen);
+      seen.terms = detector_.terms();
       for (Completion& completion : seen.completions) drop_unfitted(completion);
     }
   }
-  detector_.set_processing({});
+  detector_.set_terms({});
   if (!tags) return std::nullopt;
   for (std::size_t i = 0; i < boards_.size(); ++i)
     if (has_lost(before.completions[i], seen.completions[i])) return std::nullopt;

@@ -18,7 +18,7 @@ struct SeenTags {
   std::vector<Completion> completions;  // for each board
   std::set<int> strange;                // ids of the family that are on no board
   std::set<int> repeated;               // ids seen at more than one place, which are not reported
-  CameraProcessing processing;          // of the picture, where tags are fitted
+  PictureTerms terms;                   // of the fits
 };
 
 // Finds the tags of one family and border: those of boards, or all of them. Halved pictures are
@@ -26,7 +26,7 @@ struct SeenTags {
 // Tags that are still missing, and may be in the picture, are searched for in less halved ones,
 // only where they may be. A picture that shows no tag at all and is not large is doubled: then tags
 // are read down to 10 px. With Refinement::fit, tags are fitted, strongly bent ones too, then again
-// with the picture's processing, and tags without a fit are dropped. Pictures with a side below 8
+// with the picture's terms, and tags without a fit are dropped. Pictures with a side below 8
 // px are not searched.
 class TagSearch {
  public:
@@ -42,7 +42,7 @@ class TagSearch {
 
   // The boards' tags of the next picture of a sequence, where those of the picture before lead. No
   // value if a tag is lost, or if the picture before did not show every panel of the boards: then
-  // the picture is to be searched. No processing is not estimated again.
+  // the picture is to be searched. Terms that it does not have are not estimated again.
   std::optional<SeenTags> follow(const ImageView8& image, const SeenTags& before,
                                  const PictureShift& shift);
 
@@ -54,7 +54,7 @@ class TagSearch {
   void complete(const ImageView8& image, const std::vector<FoundTag>& tags, SeenTags& seen);
   void fit(const ImageView8& image, SeenTags& seen);
   void fit_bent(const ImageView8& image, SeenTags& seen) const;
-  void fit_with_processing(const ImageView8& image, SeenTags& seen);
+  void fit_with_terms(const ImageView8& image, SeenTags& seen);
   std::optional<std::vector<FoundTag>> followed_tags(const ImageView8& image,
                                                      const SeenTags& before,
                                                      const PictureShift& shift) const;

@@ -18,7 +18,6 @@ namespace {
 using Eigen::Vector2d;
 using namespace policy;
 
-constexpr double kLargeSidePx = 45;   // of a tag that is large enough, as a limit of work
 constexpr double kStep = 0.35;        // numeric: of the search, of the logarithm
 constexpr double kNarrow = 0.3;       // numeric: a narrower parabola around its minimum
 constexpr int kEnoughPixels = 5000;   // for an estimate of sharpening, as a limit of work
@@ -268,12 +267,8 @@ CameraProcessing with_sharpening(const ProcessingCost& costs, double gamma) {
 
 }  // namespace
 
-CameraProcessing processing_of_picture(const ImageView8& image, std::vector<TagInPicture> tags) {
-  // First the smallest of the large tags, which cost least, then the largest of the others.
-  std::ranges::stable_sort(tags, {}, [](const TagInPicture& tag) {
-    const double side = shortest_side(tag.corners);
-    return side >= kLargeSidePx ? side : 1e9 - side;
-  });
+CameraProcessing processing_of_picture(const ImageView8& image,
+                                       const std::vector<TagInPicture>& tags) {
   ProcessingCost costs(image);
   auto next = tags.begin();
   for (; next != tags.end() && costs.num_tags() < kTagGammaTags; ++next) costs.add(*next);

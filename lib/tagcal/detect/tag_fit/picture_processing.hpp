@@ -23,8 +23,10 @@ struct CameraProcessing {
   bool is_none() const { return gamma == 1 && sharpen.amount == 0; }
 };
 
-// Estimates a picture's processing from two of its tags: that of the highest likelihood of their
-// blurred borders and of their noise. Gamma is 1, and the amount 0, unless that is clearly worse.
-CameraProcessing processing_of_picture(const ImageView8& image, std::vector<TagInPicture> tags);
+// Estimates a picture's processing from the first two of its tags: that of the highest likelihood
+// of their blurred borders and of their noise. Gamma is 1, and the amount 0, unless that is clearly
+// worse.
+CameraProcessing processing_of_picture(const ImageView8& image,
+                                       const std::vector<TagInPicture>& tags);
 
 }  // namespace tagcal::internal

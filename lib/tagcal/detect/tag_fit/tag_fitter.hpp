@@ -112,6 +112,26 @@ struct LightSums {
   }
 };
 
+// The model with each of some lines displaced, and sums over all pixels of the products of the
+// derivatives by these displacements with all columns, those of light too, then with each other.
+struct DisplacedLines {
+  std::vector<TagModel> models;
+  double by = 0;  // sides of the tag
+  Eigen::MatrixXd products;
+};
+
+// How the squares of the residuals change if the lines within a tag are displaced, each by the same
+// in both directions, and the tag's own parameters and the terms of light are adapted.
+struct LineSums {
+  Eigen::MatrixXd information;
+  Eigen::VectorXd gradient;
+  double squares = 0;     // of the residuals, with the lines where they are
+  double num_pixels = 0;  // less those whose noise neighbours share
+
+  // What displacements, in sides of the tag, take from the squares.
+  double gain(const Eigen::VectorXd& by) const { return by.dot(2 * gradient - information * by); }
+};
+
 // A system of equations of the first parameters; the others are held.
 class TagSystem {
  public:
@@ -158,6 +178,8 @@ class TagFitter {
   // The shift of the borders by a few rows of the region; fit() may follow. No value if their
   // iteration fails.
   std::optional<BorderShift> border_shift();
+  // After a fit() of a whole tag that has converged.
+  LineSums line_sums();
   // True if a lens bends the whole tag beyond third order. If few rows showed that already, fit()
   // has ended there, and its corners are only good as a start.
   bool is_for_parts() const { return is_for_parts_; }
@@ -196,6 +218,7 @@ class TagFitter {
   void add_light(const TagBlock& block);
   void add_flat_light(bool white);
   void admit_light();
+  void add_lines(TagBlock& block);
   double noise_factor() const;
   void smooth();
   std::vector<FitStage> rough_stages() const;
@@ -253,8 +276,9 @@ class TagFitter {
   bool is_selection_kept_ = false;
   TagDerivatives derivatives_;  // of a block
   TagProducts products_;
-  std::array<FlatPixels, 2> flat_;    // at the present parameters
-  std::optional<LightSums> light_;    // if wanted
+  std::array<FlatPixels, 2> flat_;           // at the present parameters
+  std::optional<LightSums> light_;           // if wanted
+  std::optional<DisplacedLines> displaced_;  // if wanted
   Eigen::VectorXf border_residuals_;  // by pixels of the patch; zero elsewhere and behind them
   double noise_factor_ = 1;
   TagSums sums_;

@@ -73,6 +73,7 @@ void TagFitter::add_block(TagBlock& block) {
   model_.evaluate(block, derivatives_);
   fastest_tag_kernels().add_products(derivatives_, products_.data());
   if (light_) add_light(block);
+  if (displaced_) add_lines(block);
   if (stage_.is_rough) return;
   for (int i = 0; i < block.size; ++i)
     if (block.in_patch[i] >= 0)

@@ -49,6 +49,12 @@ void TagModel::set_range(float least, float full, float beyond) {
   table_.beyond = beyond;
 }
 
+void TagModel::set_lines(const TagGrid& grid) {
+  column_lines_ = grid.columns;
+  row_lines_ = grid.rows;
+  set(parameters_);
+}
+
 void TagModel::set(const TagParameters& parameters) {
   parameters_ = parameters;
   spread_ = std::exp(parameters[kLogSpread]);

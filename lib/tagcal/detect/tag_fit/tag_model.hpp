@@ -67,6 +67,8 @@ class TagModel {
   TagModel(const TagGrid& grid, double scale, double gamma = 1);
   // The ends of the levels' range, at which they are clipped (TagTable).
   void set_range(float least, float full, float beyond = 0);
+  // As many lines of the same pattern at other places.
+  void set_lines(const TagGrid& grid);
 
   void set(const TagParameters& parameters);
   const TagParameters& parameters() const { return parameters_; }
