@@ -131,6 +131,9 @@ TEST(RigShutter, WhatIsFoundNamesItsCamera) {
   const auto found = std::ranges::find(slow.findings, "readout_not_observable", &Finding::code);
   ASSERT_NE(found, slow.findings.end());
   EXPECT_TRUE(found->sentence.starts_with("cam1: no picture has two neighbours"));
+  options.calibrate.front().times_s = rig.cameras[0].times_s;
+  EXPECT_THROW(calibrate_rig(rig, options), Error);
+  options.calibrate.front().times_s.clear();
   rig.cameras[1].times_s.clear();
   EXPECT_THROW(calibrate_rig(rig, options), Error);
 }

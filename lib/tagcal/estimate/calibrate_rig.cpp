@@ -37,6 +37,9 @@ void check_rig(const RigDataset& rig, const RigOptions& options) {
   if (options.calibrate.size() != 1 && options.calibrate.size() != n)
     throw Error(fmt::format("calibrate: must have options for one camera or for {}, got {}", n,
                             options.calibrate.size()));
+  for (const CalibrateOptions& of_camera : options.calibrate)
+    if (!of_camera.times_s.empty())
+      throw Error("calibrate: times_s: must be empty: a rig has the stamps of its cameras");
   for (const RigCamera& camera : rig.cameras) {
     const std::size_t stamps = camera.times_s.size();
     const bool needs_stamps = options.find_clocks || options.find_readouts;
@@ -202,22 +205,24 @@ OwnCamera own_camera(const PlacedViews& views, const RigOptions& options, std::s
 // motion during the readouts out of the corners of the views.
 std::vector<Calibration> own_calibrations(PlacedViews& views, const RigOptions& options,
                                           RigCalibration& answer) {
-  const auto still = std::make_shared<RigDataset>(*views.data);
-  const RigDataset& rig = *still;
+  const std::shared_ptr<const RigDataset> given = views.data;
+  const RigDataset& rig = *given;
   for (const RigCamera& camera : rig.cameras) answer.cameras.push_back({camera.name});
   check_sizes(rig, options, answer);
   std::vector<Calibration> own;
   if (!answer.findings.empty()) return own;
+  std::shared_ptr<RigDataset> still;
   const bool fixed = options.lenses == RigLenses::fixed;
   for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
     OwnCamera camera = own_camera(views, options, c);
     own.push_back(std::move(camera.own));
+    if (camera.still && !still) still = std::make_shared<RigDataset>(rig);
     if (camera.still) still->cameras[c].data = *std::move(camera.still);
     answer.cameras[c].own = own[c];
     answer.cameras[c].error_px = fixed ? options.known[c].error_px : camera_error_px(own[c]);
   }
-  views.data = still;
-  check_lenses(rig, options, own, answer);
+  if (still) views.data = still;
+  check_lenses(*views.data, options, own, answer);
   require_answers(rig, answer);
   report_shutters(answer);
   return own;
