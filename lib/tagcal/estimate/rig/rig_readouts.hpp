@@ -13,9 +13,9 @@ namespace tagcal::internal {
 // neighbours of another one's.
 std::vector<double> film_times(const PlacedViews& views, std::size_t camera);
 
-// What the uncertainty of the readouts adds to the covariance of the rig's parameters: s s' for
-// each readout that was taken out of the corners, with s the step of the solved bundle's answer by
-// one standard deviation of the readout, which another bundle finds.
+// The part of the covariance of the rig's parameters that the readouts cause: the sum of s s' over
+// those that were taken out of the corners, with s the step of the solved bundle's answer by one
+// standard deviation of the readout, which another bundle finds.
 Eigen::MatrixXd covariance_by_readouts(const RigState& solved, const PlacedViews& views,
                                        const RigLayout& layout, const RigCalibration& rig,
                                        const CalibrateOptions& options);
