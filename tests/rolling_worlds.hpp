@@ -11,6 +11,7 @@
 #include "tagcal/camera/kernels/projection_rows.hpp"
 #include "tagcal/estimate/bundle/bundle_adjustment.hpp"
 #include "tagcal/scene/moving_scene.hpp"
+#include "tagcal/scene/rig_pairing.hpp"
 #include "worlds.hpp"
 
 // Random worlds that a rolling shutter sees.
@@ -55,14 +56,15 @@ struct Film {
 
 // `pose_at`: the camera's at a time in seconds.
 inline Film film_along(const std::function<Pose(double)>& pose_at, double readout_s,
-                       ReadDirection direction, int num_views) {
+                       ReadDirection direction, int num_views,
+                       const std::vector<PlacedBoard>& boards = {{usual_board(), Pose()}}) {
   constexpr double kPeriod = 1.0 / 30;
   MovingScene scene;
   scene.settings.camera = {opencv5_lens(), {1280, 800}};
   scene.settings.num_views = num_views;
   scene.settings.sensor.shutter.readout_s = readout_s;
   scene.settings.sensor.shutter.direction = direction;
-  scene.boards.push_back({kWorldFrame, {usual_board(), Pose()}});
+  for (const PlacedBoard& board : boards) scene.boards.push_back({kWorldFrame, board});
   scene.period_s = kPeriod;
   scene.settings.path =
       FunctionPath{[=](double share) { return pose_at(share * (num_views - 1) * kPeriod); }, {}};
@@ -71,8 +73,8 @@ inline Film film_along(const std::function<Pose(double)>& pose_at, double readou
   return result;
 }
 
-// With the hand's motion along each coordinate a wave of 0.2 to 0.6 Hz.
-inline Film film(std::uint64_t seed, double readout_s, ReadDirection direction, int num_views) {
+// A hand's motion: each coordinate is a wave of 0.2 to 0.6 Hz.
+inline std::function<Pose(double)> hand_motion(std::uint64_t seed) {
   Random random(seed);
   struct Wave {
     double size, frequency_hz, phase;
@@ -83,26 +85,43 @@ inline Film film(std::uint64_t seed, double readout_s, ReadDirection direction, 
   std::vector<Wave> waves;  // of the place looked at, the tilts, the distance and the roll
   for (const double size : {0.1, 0.1, 0.6, 0.6, 0.2, 0.3})
     waves.push_back({size, random.uniform(0.2, 0.6), random.uniform(0, 2 * std::numbers::pi)});
-  const auto pose_at = [waves](double t) {
+  return [waves](double t) {
     const Eigen::Vector3d centre(0.33 + waves[0].at(t), 0.33 + waves[1].at(t), 0);
     const Eigen::Vector3d side(std::tan(waves[2].at(t)), std::tan(waves[3].at(t)), 1);
     const double roll = waves[5].at(t);
     return camera_from_world_looking_at(centre + (1.1 + waves[4].at(t)) * side.normalized(), centre,
                                         Eigen::Vector3d(std::sin(roll), -std::cos(roll), 0));
   };
-  return film_along(pose_at, readout_s, direction, num_views);
 }
 
 // Half a ring above the board in two seconds, always looking at its middle.
-inline Film ring_film(double readout_s, int num_views) {
+inline Pose ring_motion(double t) {
   const Eigen::Vector3d middle(0.33, 0.33, 0);
-  const auto pose_at = [middle](double t) {
+  const double angle = std::numbers::pi / 2 * t;
+  const Eigen::Vector3d eye =
+      middle + Eigen::Vector3d(0.6 * std::cos(angle), 0.6 * std::sin(angle), 0.9);
+  return camera_from_world_looking_at(eye, middle, Eigen::Vector3d::UnitZ());
+}
+
+// Half a ring in which the camera also rises and falls, by 0.2 m at 0.5 Hz, from a random phase on.
+inline std::function<Pose(double)> rising_ring(std::uint64_t seed) {
+  const double phase = Random(seed).uniform(0, 2 * std::numbers::pi);
+  return [phase](double t) {
+    const Eigen::Vector3d middle(0.33, 0.33, 0);
     const double angle = std::numbers::pi / 2 * t;
     const Eigen::Vector3d eye =
-        middle + Eigen::Vector3d(0.6 * std::cos(angle), 0.6 * std::sin(angle), 0.9);
+        middle + Eigen::Vector3d(0.6 * std::cos(angle), 0.6 * std::sin(angle),
+                                 0.9 + 0.2 * std::sin(std::numbers::pi * t + phase));
     return camera_from_world_looking_at(eye, middle, Eigen::Vector3d::UnitZ());
   };
-  return film_along(pose_at, readout_s, ReadDirection::down, num_views);
+}
+
+inline Film film(std::uint64_t seed, double readout_s, ReadDirection direction, int num_views) {
+  return film_along(hand_motion(seed), readout_s, direction, num_views);
+}
+
+inline Film ring_film(double readout_s, int num_views) {
+  return film_along(ring_motion, readout_s, ReadDirection::down, num_views);
 }
 
 inline Dataset with_noise(Dataset dataset, double sigma_px, std::uint64_t seed) {
@@ -112,6 +131,30 @@ inline Dataset with_noise(Dataset dataset, double sigma_px, std::uint64_t seed) 
       o.pixel += sigma_px * Eigen::Vector2d(random.normal(), random.normal());
   }
   return dataset;
+}
+
+// The films of two cameras on one body that moves so, the second one to the right of the first,
+// with their times.
+inline RigDataset rig_film(const std::function<Pose(double)>& first_at, double readout_s,
+                           int num_views,
+                           const std::vector<PlacedBoard>& boards = {{usual_board(), Pose()}}) {
+  const Pose place(exp_rotation({0.02, -0.1, 0.01}), {-0.11, 0.005, 0.01});
+  RigDataset rig;
+  rig.truth = RigTruth{{Pose(), place}, {0, 0}};
+  for (const Pose& camera_from_rig : rig.truth->camera_from_rig) {
+    Film seen = film_along([=](double t) { return camera_from_rig * first_at(t); }, readout_s,
+                           ReadDirection::down, num_views, boards);
+    rig.cameras.push_back({"cam" + std::to_string(rig.cameras.size()), std::move(seen.dataset),
+                           std::move(seen.times_s)});
+  }
+  rig.instants = pair_by_index(rig.cameras);
+  return rig;
+}
+
+inline RigDataset with_noise(RigDataset rig, double sigma_px, std::uint64_t seed) {
+  for (std::size_t c = 0; c < rig.cameras.size(); ++c)
+    rig.cameras[c].data = with_noise(std::move(rig.cameras[c].data), sigma_px, seed + 1000003 * c);
+  return rig;
 }
 
 // Each view displaces its pixels by its own smooth field, which has no preferred direction: an

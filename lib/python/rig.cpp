@@ -48,7 +48,7 @@ void check_count(const std::optional<List>& list, std::size_t count, const std::
 RigCalibration calibrate_datasets(const std::vector<Dataset>& datasets, const std::string& model,
                                   const Names& names, const std::string& pair, const Times& times_s,
                                   double tolerance_s, const Known& cameras, int reference,
-                                  bool find_clocks, int threads) {
+                                  bool find_clocks, bool find_readouts, int threads) {
   check_count(cameras, datasets.size(), "cameras");
   if (reference < 0) throw Error("reference: must be >= 0, got " + std::to_string(reference));
   check_threads(threads);
@@ -58,6 +58,7 @@ RigCalibration calibrate_datasets(const std::vector<Dataset>& datasets, const st
   options.calibrate.front().num_threads = static_cast<std::size_t>(threads);
   options.reference = static_cast<std::size_t>(reference);
   options.find_clocks = find_clocks;
+  options.find_readouts = find_readouts;
   if (cameras) {
     options.lenses = RigLenses::fixed;
     for (const CalibrationFile& camera : *cameras)
@@ -291,7 +292,7 @@ void bind_rig(py::module_& m) {
       py::kw_only(), py::arg("names") = py::none(), py::arg("pair") = "name",
       py::arg("times_s") = py::none(), py::arg("tolerance_s") = 0.005,
       py::arg("cameras") = py::none(), py::arg("reference") = 0, py::arg("find_clocks") = false,
-      py::arg("threads") = 1,
+      py::arg("find_readouts") = false, py::arg("threads") = 1,
       "Cameras on one body that see the same boards: their lenses and places, from one Dataset "
       "a camera.\n\n"
       "model: of all cameras, as in `calibrate`.\n"
@@ -302,6 +303,8 @@ void bind_rig(py::module_& m) {
       "reference: the camera whose frame is that of the rig.\n"
       "find_clocks: correct each view for the time between its stamp and its instant, with one "
       "offset a camera.\n"
+      "find_readouts: estimate how long the rows of each camera take, from the motion that times_s "
+      "show (`calibration.readout`), and take it out of the corners.\n"
       "threads: 0: one per core; the answer does not depend on it.");
 }
 

@@ -32,6 +32,21 @@ class CliVideo : public Cli {
     ASSERT_EQ(std::system(command.c_str()), 0) << command;
   }
 
+  // A ring that the camera goes along while its rows are read, from the first to the last in so
+  // many of the 100 ms to the next picture.
+  void film_ring(const std::string& video, const std::string& focal_px,
+                 const std::string& readout_ms = "20") {
+    std::string scene = slurp(root() / "scene.yaml");
+    scene.replace(scene.find("path:"), scene.find("\nsensor") - scene.find("path:"),
+                  "path: {type: ring, centre_m: [0.15, -0.1, 0.7], radius_m: 0.4, end_deg: 180, "
+                  "target_m: [-0.08, 0.08, 0]}\nviews: 24\nperiod_ms: 100");
+    scene.replace(scene.find("sensor: {"), 9, "sensor: {readout_ms: " + readout_ms + ", ");
+    scene.replace(scene.find("f: 400"), 6, "f: " + focal_px);
+    spill(root() / "ring.yaml", scene);
+    ASSERT_EQ(run("render " + path("ring.yaml") + " --force --out " + path("set")).exit_code, 0);
+    encode(video, "-c:v ffv1 -pix_fmt gray");
+  }
+
   std::string answer(const std::string& pictures, const std::string& options = "") {
     const Outcome out = run("detect " + pictures + " --target " + path("set/target.yaml") +
                             " --no-cache --out " + path("corners.csv") + " " + options);
@@ -66,17 +81,8 @@ TEST_F(CliVideo, ACalibrationIsWithinItsClaims) {
   EXPECT_NE(page.find(R"("image":"clip@000003","time_s":0.3,)"), std::string::npos);
 }
 
-// A ring that the camera goes along while its rows are read, from the first to the last in 20 of
-// the 100 ms to the next picture.
 TEST_F(CliVideo, TheReadoutOfARollingShutterIsFound) {
-  std::string scene = slurp(root() / "scene.yaml");
-  scene.replace(scene.find("path:"), scene.find("\nsensor") - scene.find("path:"),
-                "path: {type: ring, centre_m: [0.15, -0.1, 0.7], radius_m: 0.4, end_deg: 180, "
-                "target_m: [-0.08, 0.08, 0]}\nviews: 24\nperiod_ms: 100");
-  scene.replace(scene.find("sensor: {"), 9, "sensor: {readout_ms: 20, ");
-  spill(root() / "scene.yaml", scene);
-  ASSERT_EQ(run("render " + path("scene.yaml") + " --force --out " + path("set")).exit_code, 0);
-  encode("clip.mkv", "-c:v ffv1 -pix_fmt gray");
+  film_ring("clip.mkv", "400");
   encode("first.mkv", "-c:v ffv1 -pix_fmt gray -frames:v 12");
   encode("last.mkv", "-c:v ffv1 -pix_fmt gray -vf trim=start_frame=12,setpts=PTS-STARTPTS");
   const std::string command =
@@ -121,6 +127,49 @@ TEST_F(CliVideo, TheReadoutOfARollingShutterIsFound) {
   EXPECT_EQ(pictures.exit_code, 2);
   EXPECT_NE(pictures.err.find("--shutter rolling: needs a time for each picture"),
             std::string::npos);
+}
+
+// Two cameras at one place, of different lenses.
+TEST_F(CliVideo, TheReadoutsOfARigAreFound) {
+  film_ring("left.mkv", "400");
+  film_ring("right.mkv", "360");
+  const std::string command = "rig " + path("left.mkv") + " " + path("right.mkv") + " --target " +
+                              path("set/target.yaml") + " --model f";
+  for (const std::string option : {" --shutter rolling", "", " --frames every:3"}) {
+    const Outcome out = run(command + option + " --json --report " + path("page.html"));
+    ASSERT_EQ(out.exit_code, 0) << option << out.err << out.out;
+    const auto rig = nlohmann::json::parse(out.out);
+    for (const auto& camera : rig["cameras"]) {
+      ASSERT_TRUE(camera["readout"].is_object()) << option;
+      EXPECT_NEAR(camera["readout"]["ms"], 20, 3 * camera["readout"]["sigma_ms"].get<double>());
+      EXPECT_GT(camera["readout"]["num_views"], 20);
+      const auto& f = camera["lens"]["fx"];
+      EXPECT_NEAR(f["value"], camera["name"] == "left.mkv" ? 400 : 360,
+                  4 * f["sigma"].get<double>());
+    }
+    EXPECT_EQ(rig["num_paired"], option.ends_with("3") ? 8 : 24);
+    EXPECT_NE(slurp(root() / "page.html").find(R"("readout":{"ms":)"), std::string::npos);
+  }
+  EXPECT_NE(run(command).out.find("\nleft.mkv: readout "), std::string::npos);
+  const Outcome global = run(command + " --shutter global --json");
+  for (const auto& camera : nlohmann::json::parse(global.out)["cameras"])
+    EXPECT_TRUE(camera["readout"].is_null());
+}
+
+// With the neighbours of the frames, or if they have them.
+TEST_F(CliVideo, TheGlobalShuttersOfARigChangeNothing) {
+  film_ring("left.mkv", "400", "0");
+  film_ring("right.mkv", "360", "0");
+  for (const std::string frames : {"", " --frames every:3"}) {
+    const std::string command = "rig " + path("left.mkv") + " " + path("right.mkv") + " --target " +
+                                path("set/target.yaml") + " --model f --json" + frames;
+    auto looked = nlohmann::json::parse(run(command).out);
+    auto plain = nlohmann::json::parse(run(command + " --shutter global").out);
+    ASSERT_EQ(plain["status"], "ok");
+    looked.erase("seconds");
+    plain.erase("seconds");
+    EXPECT_EQ(looked, plain) << frames;
+  }
 }
 
 TEST_F(CliVideo, APipeIsAVideo) {

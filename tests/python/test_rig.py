@@ -95,7 +95,7 @@ def test_the_advised_pair_is_of_these_cameras() -> None:
 def test_wrong_arguments_are_named() -> None:
     sets = datasets(6)
     for arguments in [{"pair": "both"}, {"names": ["a"]}, {"reference": 2}, {"reference": -1},
-                      {"pair": "time"}, {"find_clocks": True}]:  # fmt: skip
+                      {"pair": "time"}, {"find_clocks": True}, {"find_readouts": True}]:  # fmt: skip
         with pytest.raises(tagcal.Error):
             tagcal.calibrate_rig(sets, **arguments)  # type: ignore[arg-type]
     with pytest.raises(tagcal.Error):

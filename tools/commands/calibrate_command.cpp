@@ -212,12 +212,7 @@ int run(const CLI::App& command, const Arguments& given) {
   CalibrateOptions& options = arguments.job.options;
   overrule(arguments, options);
   arguments.job.until_px = goal_of(arguments.until);
-  arguments.job.shutter = arguments.shutter == "rolling"  ? Shutter::rolling
-                          : arguments.shutter == "global" ? Shutter::global
-                                                          : Shutter::automatic;
-  // A frame's velocity is seen in its neighbours.
-  if (arguments.job.shutter == Shutter::rolling && arguments.job.input.frames.empty())
-    arguments.job.input.frames = "all";
+  arguments.job.shutter = shutter_of(arguments.shutter, arguments.job.input.frames);
   if (arguments.near_m > 0) options.distances_m = {kInfinitelyFar, arguments.near_m};
   naming_options([&] { check_options(options); });  // before any work
   const bool several = are_several_cameras(arguments);
@@ -316,16 +311,7 @@ void add_corners_and_frames(CLI::App& command, Arguments& arguments) {
              "of a video or bag: folder for the frames that are used, as PNG")
       .text("DIR")
       .seldom();
-}
-
-// The readout of a rolling shutter.
-void add_shutter(CLI::App& command, Arguments& arguments) {
-  add_option(command, "--shutter", arguments.shutter,
-             "of a video or bag: rolling estimates how long the rows take, from all frames; auto "
-             "(the default) looks for that in the neighbours of the frames, global does not")
-      .one_of({"auto", "rolling", "global"})
-      .text("S")
-      .seldom();
+  add_shutter(command, arguments.shutter);
 }
 
 void add_run(CLI::App& command, Arguments& arguments) {
@@ -352,8 +338,7 @@ void add_run(CLI::App& command, Arguments& arguments) {
 Command add_calibrate(CLI::App& app) {
   CLI::App* command = add_command(app, "calibrate", "the camera and its standard deviations");
   const auto arguments = std::make_shared<Arguments>();
-  for (const auto add :
-       {add_data, add_outputs, add_known_values, add_corners_and_frames, add_shutter, add_run})
+  for (const auto add : {add_data, add_outputs, add_known_values, add_corners_and_frames, add_run})
     add(*command, *arguments);
   add_footer(*command,
              "Example: tagcal calibrate desk --observations corners.csv --out camera.yaml\n"

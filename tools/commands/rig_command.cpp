@@ -12,6 +12,7 @@
 #include "job/camera_input.hpp"
 #include "job/messages.hpp"
 #include "job/outputs.hpp"
+#include "job/shutter.hpp"
 #include "page_data/html_page.hpp"
 #include "page_data/rig_page.hpp"
 #include "report/rig_report.hpp"
@@ -32,6 +33,7 @@ struct Arguments : RigInputArguments {
   std::vector<std::string> cameras;  // NAME=FILE
   std::vector<std::string> models;   // M, or NAME=M
   std::string reference;
+  std::string shutter;
   std::string out;
   std::string report;  // a page
   bool json = false;
@@ -68,6 +70,7 @@ RigOptions rig_options(const Arguments& arguments, const RigDataset& rig) {
   for (const CalibrateOptions& o : options.calibrate) naming_options([&] { check_options(o); });
   options.find_boards = arguments.find_boards || arguments.targets.size() > 1;
   options.find_clocks = arguments.pair == "time:find";
+  options.find_readouts = arguments.shutter == "rolling";
   options.lenses = arguments.lenses == "fixed" ? RigLenses::fixed : RigLenses::joint;
   if (arguments.lenses != "joint") {
     std::vector<std::optional<CalibrationFile>> files(rig.cameras.size());
@@ -113,15 +116,50 @@ void check_report(const Arguments& arguments) {
   check_page(arguments.report, files);
 }
 
-int run(const Arguments& arguments) {
+bool has_readout(const RigCalibration& rig) {
+  return std::ranges::any_of(rig.cameras, [](const RigCameraEstimate& camera) {
+    return camera.own.readout && camera.own.readout->is_seen;
+  });
+}
+
+// Looks for the readouts of rolling shutters, as a calibration of one camera does.
+RigCalibration calibrate_by_times(const Arguments& arguments, RigOptions options, RigInput& input) {
+  std::optional<RigInput> near = with_neighbours(input, arguments);
+  options.find_readouts = true;
+  RigCalibration timed = calibrate_rig(near ? near->rig : input.rig, options);
+  if (has_readout(timed)) {
+    if (near) input = *std::move(near);
+    return timed;
+  }
+  options.find_readouts = false;
+  if (near) return calibrate_rig(input.rig, options);
+  for (RigCameraEstimate& camera : timed.cameras)
+    forget_readout(camera.own.readout, camera.own.findings);
+  std::optional<Readout> of_rig;
+  forget_readout(of_rig, timed.findings);
+  return timed;
+}
+
+RigCalibration calibrate_input(const Arguments& arguments, Shutter shutter,
+                               const RigOptions& options, RigInput& input) {
+  const bool has_times =
+      std::ranges::none_of(input.rig.cameras, &std::vector<double>::empty, &RigCamera::times_s);
+  check_times(shutter, has_times);
+  return shutter == Shutter::automatic && has_times ? calibrate_by_times(arguments, options, input)
+                                                    : calibrate_rig(input.rig, options);
+}
+
+int run(const Arguments& given) {
+  Arguments arguments = given;
+  const Shutter shutter = shutter_of(arguments.shutter, arguments.input.frames);
   check_text_writable(arguments.out);
   check_report(arguments);
-  const RigInput input = read_rig(arguments);
+  RigInput input = read_rig(arguments);
   const RigDataset& rig = input.rig;
   check_different(rig);
   check_ids(rig, arguments.targets);
   const RigOptions options = rig_options(arguments, rig);
-  const RigCalibration answer = calibrate_rig(rig, options);
+  const RigCalibration answer = calibrate_input(arguments, shutter, options, input);
   const bool answered = is_answer(answer.status);
   if (answered) write_answer_file(arguments.out, rig_yaml(answer));
   if (!arguments.report.empty())
@@ -154,6 +192,7 @@ void add_data(CLI::App& command, Arguments& arguments) {
       .separated_by(',')
       .text("CSV,CSV");
   add_no_cache(command, arguments.input.no_cache);
+  add_shutter(command, arguments.shutter);
   add_pair(command, arguments.pair,
            ", time:find (the same, and each picture is moved to the time of its instant, with one "
            "offset a camera)")

@@ -11,6 +11,7 @@
 #include "job/camera_input.hpp"
 #include "job/find_corners.hpp"
 #include "job/messages.hpp"
+#include "job/shutter.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/rig_file.hpp"
 #include "tagcal/io/target_file.hpp"
@@ -51,13 +52,17 @@ void check_folders(const std::vector<std::string>& folders) {
   }
 }
 
-// The times of frames of videos or bags, if all views are such.
+// The times of frames of videos or bags, if all views are such. Videos that begin at the same time
+// follow one another.
 void set_times(const Input& input, RigCamera& camera) {
+  camera.times_s.clear();
   for (const View& view : camera.data.views) {
     const auto time = time_of(input, view.image);
     if (!time) return camera.times_s.clear();
     camera.times_s.push_back(*time);
   }
+  if (!std::ranges::is_sorted(camera.times_s))
+    camera.times_s = film_times(camera.data.views, input.times_s);
 }
 
 std::vector<Instant> paired(const RigInputArguments& arguments,
@@ -166,9 +171,37 @@ RigInput read_rig(const RigInputArguments& arguments) {
     result.rig.cameras.push_back({names[c], std::move(input.dataset), {}});
     set_times(input, result.rig.cameras.back());
     result.pictures.push_back(std::move(input.files));
+    result.refinement = input.refinement;
   }
   result.rig.instants = paired(arguments, result.rig.cameras);
   return result;
+}
+
+std::optional<RigInput> with_neighbours(const RigInput& rig, const RigInputArguments& arguments) {
+  RigInput all = rig;
+  bool has_more = false;
+  for (std::size_t c = 0; c < rig.pictures.size(); ++c) {
+    RigCamera& camera = all.rig.cameras[c];
+    Input frames;
+    frames.name = frames.sized_by = camera.name;
+    frames.dataset = camera.data;
+    frames.files = rig.pictures[c];
+    frames.strict = arguments.input.strict;
+    frames.refinement = rig.refinement;
+    std::optional<Input> near = with_neighbours(frames, arguments.threads, true);
+    if (!near) continue;
+    has_more = true;
+    std::map<fs::path, std::size_t> places;
+    for (std::size_t v = 0; v < near->dataset.views.size(); ++v)
+      places[near->files.at(near->dataset.views[v].image)] = v;
+    for (Instant& instant : all.rig.instants)
+      if (auto& view = instant.view[c])
+        view = places.at(rig.pictures[c].at(camera.data.views[*view].image));
+    camera.data.views = std::move(near->dataset.views);
+    set_times(*near, camera);
+    all.pictures[c] = std::move(near->files);
+  }
+  return has_more ? std::optional(std::move(all)) : std::nullopt;
 }
 
 Option add_pair(CLI::App& command, std::string& pair, const std::string& more) {

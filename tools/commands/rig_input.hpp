@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -40,11 +41,16 @@ CameraViews read_camera_views(const InputArguments& input, const std::string& ca
 struct RigInput {
   RigDataset rig;
   std::vector<std::map<std::string, std::filesystem::path>> pictures;  // by camera and View::image
+  Refinement refinement = DetectOptions().refinement;                  // of the corners
 };
 
 // From a data set with the key rig, or a folder or pattern for each camera. Prints the warnings of
 // reading. Throws Error.
 RigInput read_rig(const RigInputArguments& arguments);
+
+// The same rig with the neighbours of the frames of its videos or bags, which belong to no instant;
+// no value if it has them, or has other pictures.
+std::optional<RigInput> with_neighbours(const RigInput& rig, const RigInputArguments& arguments);
 
 // Names of the cameras of folders or patterns: the last part of the paths that differs, without
 // what a pattern leaves open.

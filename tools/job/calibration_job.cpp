@@ -13,7 +13,6 @@
 #include "job/progress.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/findings.hpp"
-#include "tagcal/io/sequence_file.hpp"
 
 namespace tagcal::tools {
 
@@ -34,98 +33,9 @@ std::vector<std::string> sources_of(const Input& input) {
   return folders;
 }
 
-// True for frames of videos and bags alone, and for observations with times.
-bool has_times(const Input& input) {
-  const auto is_timed = [&](const std::string& name) { return input.times_s.contains(name); };
-  return input.images.empty() ? !input.dataset.views.empty() &&
-                                    std::ranges::all_of(input.dataset.views, is_timed, &View::image)
-                              : std::ranges::all_of(input.images, is_timed, &ImageSource::name);
-}
-
-// Throws Error if a readout is asked for, of pictures without times.
-void check_times(const CalibrationJob& job, const Input& input) {
-  if (job.shutter == Shutter::rolling && !has_times(input))
-    throw Error(
-        "--shutter rolling: needs a time for each picture, as frames of a video or bag and "
-        "observations with the column time_s have");
-}
-
-// The times of the views. Those of each video or bag, which the names of its frames begin with
-// (picture_name), have their own day: its frames are no neighbours of another one's.
-std::vector<double> times_of(const Input& input) {
-  constexpr double kDay = 86400;  // numeric: longer than a video
-  std::map<std::string, double> days;
-  std::vector<double> times_s;
-  for (const View& view : input.dataset.views) {
-    const std::size_t at = view.image.rfind('@');
-    const std::string sequence = at == std::string::npos ? "" : view.image.substr(0, at);
-    const double day =
-        days.try_emplace(sequence, kDay * static_cast<double>(days.size())).first->second;
-    times_s.push_back(day + input.times_s.at(view.image));
-  }
-  return times_s;
-}
-
-// The frames of the views, and those before and behind them.
-std::set<fs::path> with_neighbours(const Input& input) {
-  std::set<fs::path> frames;
-  std::map<fs::path, std::size_t> counts;  // of frames, by sequence
-  for (const View& view : input.dataset.views) {
-    const auto [sequence, frame] = *frame_of(input.files.at(view.image));
-    const auto known = counts.find(sequence);
-    const std::size_t count =
-        known != counts.end()
-            ? known->second
-            : counts.emplace(sequence, read_sequence(sequence).times_s.size()).first->second;
-    for (std::size_t i = frame - (frame > 0); i <= frame + 1 && i < count; ++i)
-      frames.insert(frame_path(sequence, i));
-  }
-  return frames;
-}
-
-Input input_of_frames(const std::set<fs::path>& frames, const Input& like) {
-  Dataset dataset{like.dataset.image_size, like.dataset.boards, {}, {}};
-  Input input = input_of(like.name, dataset, {frames.begin(), frames.end()});
-  input.sized_by = like.sized_by;
-  input.strict = like.strict;
-  input.refinement = like.refinement;
-  return input;
-}
-
-// The same input with the neighbours of its frames, which show the motion; no value if it has them.
-std::optional<Input> add_neighbours(const CalibrationJob& job, const Input& input) {
-  const auto is_frame = [&](const View& view) {
-    const auto file = input.files.find(view.image);
-    return file != input.files.end() && frame_of(file->second);
-  };
-  if (!std::ranges::all_of(input.dataset.views, is_frame)) return std::nullopt;
-  std::set<fs::path> frames = with_neighbours(input), missing = frames;
-  std::map<fs::path, View> views;
-  for (const View& view : input.dataset.views) {
-    missing.erase(input.files.at(view.image));
-    views[input.files.at(view.image)] = view;
-  }
-  if (missing.empty()) return std::nullopt;
-  Input near = input_of_frames(missing, input);
-  find_views(near, job.threads, job.shows_progress);
-  for (View& view : near.dataset.views) views[near.files.at(view.image)] = std::move(view);
-  Input all = input_of_frames(frames, input);
-  for (const auto& [name, file] : all.files) {
-    const auto view = views.find(file);
-    if (view == views.end()) continue;
-    view->second.image = name;
-    all.dataset.views.push_back(std::move(view->second));
-  }
-  all.frames = input.frames;
-  all.mistakes = input.mistakes;
-  all.warnings = input.warnings;
-  all.corner_error_px = input.corner_error_px;
-  return all;
-}
-
 Calibration calibrate_input(const Input& input, CalibrateOptions options, bool by_times) {
   options.sources = sources_of(input);
-  if (by_times) options.times_s = times_of(input);
+  if (by_times) options.times_s = film_times(input.dataset.views, input.times_s);
   return calibrate(input.dataset, options);
 }
 
@@ -135,17 +45,14 @@ Calibration calibrate_input(const CalibrationJob& job, Input& input,
                             const CalibrateOptions& options) {
   const bool is_automatic = job.shutter == Shutter::automatic && has_times(input);
   if (!is_automatic) return calibrate_input(input, options, job.shutter == Shutter::rolling);
-  std::optional<Input> near = add_neighbours(job, input);
+  std::optional<Input> near = with_neighbours(input, job.threads, job.shows_progress);
   Calibration timed = calibrate_input(near ? *near : input, options, true);
   if (timed.readout && timed.readout->is_seen) {
     if (near) input = *std::move(near);
     return timed;
   }
   if (near) return calibrate_input(input, options, false);
-  timed.readout.reset();  // nobody asked for it
-  std::erase_if(timed.findings, [](const Finding& finding) {
-    return finding.code == code::readout_not_observable.name;
-  });
+  forget_readout(timed.readout, timed.findings);
   return timed;
 }
 
@@ -266,7 +173,7 @@ CalibrationAnswer run_job(const CalibrationJob& job, Input* used) {
   Input input = read_input(job.input);
   check_frame_options(job, input);
   check_truth_has_one_lens(input);
-  check_times(job, input);
+  check_times(job.shutter, has_times(input));
   if (job.options.start) check_image_size(job.options.start->image_size, "--start", input);
   if (input.observations.empty())
     find_views(input, job.threads, job.shows_progress);

@@ -3,14 +3,11 @@
 #include <optional>
 
 #include "job/input.hpp"
+#include "job/shutter.hpp"
 #include "tagcal/estimate/advice.hpp"
 #include "tagcal/estimate/calibrate.hpp"
 
 namespace tagcal::tools {
-
-// How a calibration treats the shutter of frames with times. `automatic` takes it for a rolling one
-// if the corners show its readout.
-enum class Shutter { automatic, rolling, global };
 
 // One data set to calibrate.
 struct CalibrationJob {

@@ -3,6 +3,7 @@
 #include "page_data/board_data.hpp"
 #include "page_data/page_parts.hpp"
 #include "report/calibration_report.hpp"
+#include "report/json_parts.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -50,8 +51,7 @@ PageJson calibration_page(const PageContent& content) {
   page["corners"] = corners_json(corners);
   page["views"] = views_json(content, corners, pictures, notes);
   page["boards"] = boards_json(content.dataset.boards);
-  if (c.readout)
-    page["readout"] = {{"ms", c.readout->seconds * 1e3}, {"sigma_ms", c.readout->sigma_s * 1e3}};
+  if (c.readout) page["readout"] = readout_json(*c.readout);
   page["warp"] = warp_json(content.dataset.boards, c.board_warp);
   page["ladder"] = ladder_json(c);
   page["halves"] = halves_json(c.halves);

@@ -12,6 +12,7 @@
 #include "page_data/content_from_file.hpp"
 #include "page_data/page_parts.hpp"
 #include "page_data/rig_picture.hpp"
+#include "report/json_parts.hpp"
 #include "report/rig_report.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/rig_types.hpp"
@@ -171,6 +172,7 @@ PageJson camera_of_answer_json(const RigCameraEstimate& camera, bool has_rig) {
   json["num_corners"] = camera.num_corners;
   json["rms_px"] = two_digits(camera.rms_px);
   json["excess"] = excess_text(camera);
+  if (camera.own.readout) json["readout"] = readout_json(*camera.own.readout);
   json["findings"] = page_findings_json(camera.own.findings);
   return json;
 }

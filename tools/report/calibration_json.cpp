@@ -77,13 +77,6 @@ Json halves_json(const std::optional<HalvesCheck>& halves) {
           {"disagree", halves->disagree}};
 }
 
-Json readout_json(const std::optional<Readout>& readout) {
-  if (!readout) return nullptr;
-  return {{"ms", 1e3 * readout->seconds},
-          {"sigma_ms", 1e3 * readout->sigma_s},
-          {"num_views", readout->num_views}};
-}
-
 Json warp_json(const std::optional<BoardWarp>& warp) {
   if (!warp) return nullptr;
   return {{"bend_mm", {warp->bend_mm.x(), warp->bend_mm.y()}},

@@ -139,15 +139,6 @@ std::string board_text(const BoardWarp& warp) {
                  11);
 }
 
-std::string readout_text(const Readout& readout) {
-  return wrapped(
-      "readout    ",
-      fmt::format("{} of the rows, the {} first (from {} frames)",
-                  term_text(1e3 * std::abs(readout.seconds), 1e3 * readout.sigma_s, "ms"),
-                  readout.seconds < 0 ? "last" : "upper", readout.num_views),
-      11);
-}
-
 // How well a pixel is known: at infinity, or at every distance.
 std::string projection_text(const Calibration& calibration, const SummaryOptions& options) {
   std::string text;
@@ -160,7 +151,7 @@ std::string projection_text(const Calibration& calibration, const SummaryOptions
                         100 * calibration.seen.share());
   const auto& warp = calibration.board_warp;
   if (warp && (options.board || is_significant(*warp))) text += board_text(*warp);
-  if (calibration.readout) text += readout_text(*calibration.readout);
+  if (calibration.readout) text += wrapped("readout    ", readout_text(*calibration.readout), 11);
   if (options.verbose && calibration.halves)
     text +=
         fmt::format("halves     {} {} (difference {:.2f} of the expected noise)\n",
@@ -231,6 +222,12 @@ std::string time_text(const CalibrationAnswer& answer) {
 }
 
 }  // namespace
+
+std::string readout_text(const Readout& readout) {
+  return fmt::format("{} of the rows, the {} first (from {} frames)",
+                     term_text(1e3 * std::abs(readout.seconds), 1e3 * readout.sigma_s, "ms"),
+                     readout.seconds < 0 ? "last" : "upper", readout.num_views);
+}
 
 std::string verdict_sentence(const Calibration& calibration, bool chosen) {
   if (!is_answer(calibration.status)) return "NO ANSWER: " + reason_for_no_answer(calibration);

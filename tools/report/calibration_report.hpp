@@ -24,6 +24,9 @@ std::string verdict_sentence(const Calibration& calibration, bool chosen);
 // Whose lenses the cross-check compares.
 std::string halves_text(const HalvesCheck& halves);
 
+// "20.0 +- 0.1 ms of the rows, the upper first (from 60 frames)"
+std::string readout_text(const Readout& readout);
+
 // Where the noise of the corners comes from, and how large it is.
 std::string noise_sentence(const Calibration& calibration);
 

@@ -20,4 +20,11 @@ Json pose_json(const Pose& pose) {
   return {{"rotation", {q.w(), q.x(), q.y(), q.z()}}, {"translation_m", {t.x(), t.y(), t.z()}}};
 }
 
+Json readout_json(const std::optional<Readout>& readout) {
+  if (!readout) return nullptr;
+  return {{"ms", 1e3 * readout->seconds},
+          {"sigma_ms", 1e3 * readout->sigma_s},
+          {"num_views", readout->num_views}};
+}
+
 }  // namespace tagcal::tools

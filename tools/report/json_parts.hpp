@@ -2,7 +2,9 @@
 
 #include <Eigen/Core>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 
+#include "tagcal/estimate/types.hpp"
 #include "tagcal/geometry/pose.hpp"
 
 // Parts that the JSON of several commands has.
@@ -11,5 +13,6 @@ namespace tagcal::tools {
 
 nlohmann::ordered_json matrix_json(const Eigen::MatrixXd& matrix);  // a list of rows
 nlohmann::ordered_json pose_json(const Pose& pose);                 // {rotation, translation_m}
+nlohmann::ordered_json readout_json(const std::optional<Readout>& readout);  // null without one
 
 }  // namespace tagcal::tools

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "job/terminal.hpp"
+#include "report/calibration_report.hpp"
 #include "report/findings.hpp"
 #include "report/json_parts.hpp"
 #include "tagcal/internal/degrees.hpp"
@@ -38,6 +39,9 @@ std::string camera_rows(const RigCalibration& rig) {
     text += fmt::format("{:<{}}  {:<9} {:>6} {:>8} {:>7} {:>7}\n", camera.name, width, camera.model,
                         camera.num_views, camera.num_corners, two_digits(camera.rms_px),
                         excess_text(camera));
+  for (const RigCameraEstimate& camera : rig.cameras)
+    if (camera.own.readout)
+      text += wrapped(camera.name + ": readout ", readout_text(*camera.own.readout), 2);
   return text;
 }
 
@@ -83,7 +87,8 @@ Json camera_json(const RigCameraEstimate& camera) {
                {"num_views", camera.num_views},
                {"num_corners", camera.num_corners},
                {"rms_px", camera.rms_px},
-               {"excess", camera.excess}};
+               {"excess", camera.excess},
+               {"readout", readout_json(camera.own.readout)}};
   if (!camera.is_connected) return json;
   json["camera_from_rig"] = pose_json(camera.camera_from_rig);
   json["camera_from_rig_covariance"] = matrix_json(camera.covariance);

@@ -7,6 +7,7 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/calibrate.hpp"
+#include "tagcal/estimate/calibration/readout_rounds.hpp"
 #include "tagcal/estimate/findings.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose.hpp"
@@ -14,6 +15,7 @@
 #include "tagcal/estimate/rig/rig_claims.hpp"
 #include "tagcal/estimate/rig/rig_clocks.hpp"
 #include "tagcal/estimate/rig/rig_findings.hpp"
+#include "tagcal/estimate/rig/rig_readouts.hpp"
 #include "tagcal/estimate/rig/rig_report.hpp"
 #include "tagcal/internal/spread_indices.hpp"
 #include "tagcal/internal/stopwatch.hpp"
@@ -35,9 +37,13 @@ void check_rig(const RigDataset& rig, const RigOptions& options) {
   if (options.calibrate.size() != 1 && options.calibrate.size() != n)
     throw Error(fmt::format("calibrate: must have options for one camera or for {}, got {}", n,
                             options.calibrate.size()));
+  for (const CalibrateOptions& of_camera : options.calibrate)
+    if (!of_camera.times_s.empty())
+      throw Error("calibrate: times_s: must be empty: a rig has the stamps of its cameras");
   for (const RigCamera& camera : rig.cameras) {
     const std::size_t stamps = camera.times_s.size();
-    if (stamps != camera.data.views.size() && (stamps > 0 || options.find_clocks))
+    const bool needs_stamps = options.find_clocks || options.find_readouts;
+    if (stamps != camera.data.views.size() && (stamps > 0 || needs_stamps))
       throw Error(fmt::format("{}: needs a stamp for each of its {} views, got {}", camera.name,
                               camera.data.views.size(), stamps));
   }
@@ -169,23 +175,56 @@ void require_answers(const RigDataset& rig, RigCalibration& answer) {
   }
 }
 
-// The cameras' own calibrations; none if the pictures have the sizes of other cameras.
-std::vector<Calibration> own_calibrations(const RigDataset& rig, const RigOptions& options,
+// A camera's own calibration, and its corners.
+struct OwnCamera {
+  Calibration own;
+  std::optional<Dataset> still;  // without the motion during the readout, where that is seen
+};
+
+OwnCamera own_camera(const PlacedViews& views, const RigOptions& options, std::size_t c) {
+  const Dataset& data = views.data->cameras[c].data;
+  const bool fixed = options.lenses == RigLenses::fixed;
+  OwnCamera result;
+  CalibrateOptions by_times = options_of(options, c);
+  if (options.find_readouts) {
+    by_times.times_s = film_times(views, c);
+    if (fixed) by_times.start = options.known[c].camera.camera;
+  }
+  if (!fixed || options.find_readouts) result.own = calibrate(data, by_times);
+  if (result.own.readout && result.own.readout->is_seen)
+    result.still = without_motion(data, by_times.times_s, result.own);
+  if (!fixed) return result;
+  const Calibration timed = std::move(result.own);
+  result.own = poses_of_views(result.still ? *result.still : data, options.known[c]);
+  result.own.readout = timed.readout;
+  std::ranges::copy_if(timed.findings, std::back_inserter(result.own.findings), is_of_shutter);
+  return result;
+}
+
+// The cameras' own calibrations; none if the pictures have the sizes of other cameras. Takes the
+// motion during the readouts out of the corners of the views.
+std::vector<Calibration> own_calibrations(PlacedViews& views, const RigOptions& options,
                                           RigCalibration& answer) {
+  const std::shared_ptr<const RigDataset> given = views.data;
+  const RigDataset& rig = *given;
   for (const RigCamera& camera : rig.cameras) answer.cameras.push_back({camera.name});
   check_sizes(rig, options, answer);
   std::vector<Calibration> own;
   if (!answer.findings.empty()) return own;
+  std::shared_ptr<RigDataset> still;
   const bool fixed = options.lenses == RigLenses::fixed;
   for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
-    const Dataset& data = rig.cameras[c].data;
-    own.push_back(fixed ? poses_of_views(data, options.known[c])
-                        : calibrate(data, options_of(options, c)));
+    OwnCamera camera = own_camera(views, options, c);
+    own.push_back(std::move(camera.own));
+    if (camera.still && !still) still = std::make_shared<RigDataset>(rig);
+    if (camera.still) still->cameras[c].data = *std::move(camera.still);
     answer.cameras[c].own = own[c];
     answer.cameras[c].error_px = fixed ? options.known[c].error_px : camera_error_px(own[c]);
   }
-  check_lenses(rig, options, own, answer);
+  if (still) views.data = still;
+  check_lenses(*views.data, options, own, answer);
   require_answers(rig, answer);
+  report_shutters(answer);
   return own;
 }
 
@@ -255,8 +294,9 @@ void report_minimum(const RigState& state, const RigSolution& solution, bool has
 }
 
 // Fills in all that the rig says beyond its cameras' own calibrations.
-void solve_rig(const RigDataset& rig, const RigOptions& options, RigState& state,
+void solve_rig(const PlacedViews& views, const RigOptions& options, RigState& state,
                RigCalibration& answer) {
+  const RigDataset& rig = *views.data;
   const RigStart start = place_cameras(rig, options, state, answer);
   const RigSolution solution = solve_robustly(state, options.calibrate.front());
   answer.num_iterations = solution.num_iterations;
@@ -264,7 +304,10 @@ void solve_rig(const RigDataset& rig, const RigOptions& options, RigState& state
 
   const RigState of_claims = state_of_claims(state, answer);
   SolvedRig solved{&rig, &state, start, RigLayout(of_claims, start.connected), MatrixXd()};
-  const auto covariance = joint_covariance(state, of_claims, solved.layout, answer, options);
+  const MatrixXd by_readouts =
+      covariance_by_readouts(state, views, solved.layout, answer, options.calibrate.front());
+  auto covariance = joint_covariance(state, of_claims, solved.layout, answer, options);
+  if (covariance) *covariance += by_readouts;
   solved.covariance = covariance.value_or(MatrixXd::Zero(solved.layout.size, solved.layout.size));
   set_cameras(state, solved, answer);
   report_rig(solved, answer);
@@ -282,14 +325,14 @@ void solve_rig(const RigDataset& rig, const RigOptions& options, RigState& state
 RigCalibration calibrate_rig(const RigDataset& given, const RigOptions& options) {
   const Stopwatch stopwatch;
   check_rig(given, options);
-  const PlacedViews views = options.find_boards ? views_of_boards(given) : views_of_world(given);
+  PlacedViews views = options.find_boards ? views_of_boards(given) : views_of_world(given);
   RigCalibration answer;
-  const std::vector<Calibration> own = own_calibrations(*views.data, options, answer);
+  const std::vector<Calibration> own = own_calibrations(views, options, answer);
   answer.status = judge(answer.findings);
   if (!is_answer(answer.status)) return answer;
   RigState state = rig_state(views, own, options.lenses);
   state.poses.reference = options.reference;
-  solve_rig(*views.data, options, state, answer);
+  solve_rig(views, options, state, answer);
   answer.seconds = stopwatch.seconds();
   return answer;
 }

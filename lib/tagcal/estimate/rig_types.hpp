@@ -37,12 +37,16 @@ struct RigOptions {
   // Corrects each view for the time between its stamp and its instant, and estimates one offset a
   // camera for its clock. Needs stamps.
   bool find_clocks = false;
+  // Estimates the readout of each camera's rolling shutter by its own calibration
+  // (CalibrateOptions::times_s), and takes the motion out of the corners where it is seen. Needs
+  // stamps.
+  bool find_readouts = false;
 };
 
 // One camera of a calibrated rig.
 struct RigCameraEstimate {
   std::string name;
-  Calibration own;                       // from its own pictures alone
+  Calibration own;                       // from its own pictures alone, with the readout
   UncertainCamera camera;                // the rig's answer, with its claim
   std::string model;                     // of that lens: it may be larger than the own answer's
   double error_px = 0;                   // as CalibrationFile::camera_error_px

@@ -10,24 +10,19 @@ namespace {
 constexpr int kMaxReadoutRounds = 10;   // numeric: of Gauss-Newton steps
 constexpr double kReadoutChange = 0.1;  // numeric: standard deviations, which change no claim
 
-// The corners as the middle row's time would show them.
-void take_motion_out(const Camera& camera, const std::map<CornerId, Eigen::Vector3d>& points,
-                     const Pose& camera_from_world, const Vector6d& motion_per_row, View& view) {
-  const double middle_row = image_centre(camera.image_size).y();
-  std::vector<Observation> still;
-  for (Observation& o : view.observations) {
-    const Eigen::Vector3d point = camera_from_world * points.at(o.id);
-    const Pose moved = exp_pose((o.pixel.y() - middle_row) * motion_per_row);
-    const auto here = project(camera.lens, point), there = project(camera.lens, moved * point);
-    if (!here || !there) continue;
-    o.pixel -= *there - *here;
-    still.push_back(o);
-  }
-  view.observations = std::move(still);
+}  // namespace
+
+Eigen::Vector2d row_motion_px(const Camera& camera, const Eigen::Vector3d& point, double row,
+                              const Vector6d& motion_per_row) {
+  const double rows = row - image_centre(camera.image_size).y();
+  const auto here = project(camera.lens, point);
+  const auto there = project(camera.lens, exp_pose(rows * motion_per_row) * point);
+  if (!here || !there) return Eigen::Vector2d::Zero();
+  return *there - *here;
 }
 
 Dataset without_motion(const Dataset& dataset, const std::vector<double>& times_s,
-                       const Calibration& calibration, double readout_s) {
+                       const Calibration& calibration) {
   std::vector<double> times;
   std::vector<Pose> poses;
   for (const CalibratedView& view : calibration.views) {
@@ -42,13 +37,14 @@ Dataset without_motion(const Dataset& dataset, const std::vector<double>& times_
     if (!velocities[i]) continue;
     const std::size_t v = calibration.views[i].view;
     still.views[v] = dataset.views[v];
-    take_motion_out(*calibration.camera, points, poses[i],
-                    readout_s / dataset.image_size.height * *velocities[i], still.views[v]);
+    const Vector6d motion =
+        calibration.readout->seconds / dataset.image_size.height * *velocities[i];
+    for (Observation& o : still.views[v].observations)
+      o.pixel -=
+          row_motion_px(*calibration.camera, poses[i] * points.at(o.id), o.pixel.y(), motion);
   }
   return still;
 }
-
-}  // namespace
 
 Calibration calibrate_with_readout(
     const Dataset& dataset, const std::vector<double>& times_s, Calibration first,
@@ -63,7 +59,7 @@ Calibration calibrate_with_readout(
     result.readout->is_seen = true;
     if (std::abs(step_s) < kReadoutChange * result.readout->sigma_s || round == kMaxReadoutRounds)
       break;
-    result = calibrate_once(without_motion(dataset, times_s, result, readout_s));
+    result = calibrate_once(without_motion(dataset, times_s, result));
   }
   return result;
 }

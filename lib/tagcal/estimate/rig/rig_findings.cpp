@@ -46,6 +46,18 @@ double distance_of_boards(const std::vector<OwnPose>& own) {
 
 }  // namespace
 
+bool is_of_shutter(const Finding& finding) {
+  return finding.code == code::rolling_shutter.name ||
+         finding.code == code::readout_not_observable.name;
+}
+
+void report_shutters(RigCalibration& answer) {
+  for (const RigCameraEstimate& camera : answer.cameras)
+    for (const Finding& finding : camera.own.findings)
+      if (is_of_shutter(finding))
+        answer.findings.emplace_back(finding).sentence = camera.name + ": " + finding.sentence;
+}
+
 void report_moves(const RigDataset& rig, const std::vector<CameraMove>& moves,
                   RigCalibration& answer) {
   for (const CameraMove& move : moves)

@@ -8,6 +8,9 @@
 
 namespace tagcal::internal {
 
+// Of the rolling shutters of cameras, as their own calibrations have them.
+bool is_of_shutter(const Finding& finding);
+void report_shutters(RigCalibration& answer);
 // By its `groups`: names the two views that are nearest to a common instant, and sets `next`.
 void report_groups(const RigDataset& rig, const RigState& state, RigCalibration& answer);
 void report_turned(const RigStart& start, RigCalibration& answer);
