@@ -35,7 +35,7 @@ std::vector<DetectedPicture> detect_all(const std::vector<ImageSource>& images,
 // move by up to an eighth of the picture's longer side from picture to picture. Not thread-safe.
 class BoardTracker {
  public:
-  // What DetectOptions refers to must outlive it. Throws Error as detect().
+  // The objects that DetectOptions refers to must outlive it. Throws Error as detect().
   explicit BoardTracker(std::vector<PlacedBoard> boards, const DetectOptions& options = {});
   ~BoardTracker();
   BoardTracker(BoardTracker&&) noexcept;

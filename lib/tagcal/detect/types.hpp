@@ -83,7 +83,7 @@ struct DetectOptions {
 struct DetectedTag {
   int id = 0;
   std::array<Eigen::Vector2d, 4> corners;  // 0..3 as in CornerId, pixel centres at whole numbers
-  // Of (x0, y0, x1, y1, ..), if the tag's pattern was fitted.
+  // Covariance of (x0, y0, x1, y1, ..), if the tag's pattern was fitted.
   std::optional<Matrix8> covariance_px2;
 };
 
@@ -164,7 +164,7 @@ struct TagFitOptions {
   // Grey level = light to this power, as cameras encode it for screens: it makes the blur of a
   // border asymmetric.
   double gamma = 1;
-  // What the camera then did to the levels, which is undone before the fit. Amount 0: nothing.
+  // Sharpening by the camera after that, which is undone before the fit. Amount 0: none.
   Sharpen sharpen = {0, 1};
 };
 

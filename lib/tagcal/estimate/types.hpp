@@ -217,8 +217,8 @@ struct BoardWarp {
   double sigma_aspect = 0;
 };
 
-// Of a rolling shutter: the time from the first row of the picture to the last, negative if the
-// last comes first.
+// Readout of a rolling shutter: the time from the first row of the picture to the last, negative if
+// the last comes first.
 struct Readout {
   double seconds = 0;
   double sigma_s = 0;

@@ -66,7 +66,7 @@ class ProcessingCost {
     }
     return result;
   }
-  // Of the first tag, few rows.
+  // Few rows of the first tag.
   ProcessingCost small_sample() const {
     ProcessingCost result(image_);
     result.add(tags_.front(), kFewPixels);
@@ -92,7 +92,7 @@ class ProcessingCost {
   struct UsedTag {
     TagInPicture tag;
     int row_step = 1;
-    // Of the fit without processing:
+    // The fit without processing:
     TagFit fit;
     int num_pixels = 0;  // of it, or of the rows that are used
     double without = 0;  // cost
@@ -190,7 +190,7 @@ bool is_allowed(const Sharpen& sharpen) {
 
 class SharpenSearch {
  public:
-  // What is not allowed, or cannot be fitted, is infinitely bad.
+  // Infinite for sharpening that is not allowed, or with which a tag cannot be fitted.
   double cost(const CameraProcessing& processing) const {
     return is_allowed(processing.sharpen) ? costs.at(processing).value_or(HUGE_VAL) : HUGE_VAL;
   }

@@ -15,7 +15,7 @@ struct TagInPicture {
   bool is_rough = false;
 };
 
-// What a camera made of the light of a picture: TagFitOptions::gamma and sharpen.
+// A camera's processing of the light of a picture: TagFitOptions::gamma and sharpen.
 struct CameraProcessing {
   double gamma = 1;
   Sharpen sharpen = {0, 1};

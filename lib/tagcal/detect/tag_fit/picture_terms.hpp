@@ -8,7 +8,7 @@
 // Private to detect.
 namespace tagcal::internal {
 
-// What the fits of all tags of a picture share: what the camera did, and how the tags were printed.
+// Terms that the fits of all tags of a picture share: the camera's processing and the print.
 struct PictureTerms {
   CameraProcessing processing;
   PrintedLines print;

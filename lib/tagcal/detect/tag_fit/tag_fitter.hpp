@@ -35,7 +35,7 @@ struct TagPatch {
   float beyond = 0;           // as in TagTable
 
   const float* row(int y) const { return levels.data() + static_cast<std::ptrdiff_t>(y) * width; }
-  // Of a level that is a bound, the bound.
+  // The level of a pixel; the bound where it is one.
   float at(int x, int y) const {
     const float level = row(y)[x];
     return level > beyond / 2 ? level - beyond : level < -beyond / 2 ? level + beyond : level;
@@ -128,7 +128,7 @@ struct LineSums {
   double squares = 0;     // of the residuals, with the lines where they are
   double num_pixels = 0;  // less those whose noise neighbours share
 
-  // What displacements, in sides of the tag, take from the squares.
+  // The decrease of the squares by displacements, in sides of the tag.
   double gain(const Eigen::VectorXd& by) const { return by.dot(2 * gradient - information * by); }
 };
 

@@ -8,7 +8,7 @@
 
 namespace tagcal::internal {
 
-// Of the rolling shutters of cameras, as their own calibrations have them.
+// True for a finding of a rolling shutter.
 bool is_of_shutter(const Finding& finding);
 void report_shutters(RigCalibration& answer);
 // By its `groups`: names the two views that are nearest to a common instant, and sets `next`.
