@@ -178,18 +178,28 @@ class PanelCompletion {
     return std::nullopt;
   }
 
-  // True if tags are missing, and those next to them show that homographies do not predict them.
+  // True if tags are missing, and those next to them show that homographies do not predict them; or
+  // if few tags are fitted, and others were read but not refined.
   bool is_bent(const std::map<int, FoundTag>& found, const Completion& result) {
-    for (const PlacedTag& tag : tags_)
-      if (const auto it = found.find(tag.id); !tag.seen && it != found.end())
-        if (shortest_side(it->second.corners) >= family_.width_at_border) return true;
-    for (const FoundTag& tag : result.tags)
-      if (!tag.refined && is_of_panel(tag.id)) return true;
+    if (has_few_fitted(result)) {
+      for (const PlacedTag& tag : tags_)
+        if (const auto it = found.find(tag.id); !tag.seen && it != found.end())
+          if (shortest_side(it->second.corners) >= family_.width_at_border) return true;
+      for (const FoundTag& tag : result.tags)
+        if (!tag.refined && is_of_panel(tag.id)) return true;
+    }
     const std::vector<PlacedTag*> missing = missing_tags();
     return std::ranges::any_of(missing, [&](const PlacedTag* tag) {
       const auto nearest = nearest_tags(*tag, seen_);
       return !nearest.empty() && !is_predicted(*nearest.front());
     });
+  }
+
+  // True if the fitted tags do not determine a lens.
+  bool has_few_fitted(const Completion& result) const {
+    const auto count = std::ranges::count_if(
+        result.tags, [&](const FoundTag& tag) { return tag.fitted && is_of_panel(tag.id); });
+    return 4 * static_cast<std::size_t>(count) < kPanelMinCorners;
   }
 
   bool is_of_panel(int id) const {
@@ -207,9 +217,11 @@ class PanelCompletion {
 
   void find_bent(const std::map<int, FoundTag>& found, std::map<int, MissingTag>& missing,
                  Completion& result) {
+    // The fit under the lens of enough others follows for tags that are refined.
+    const bool is_few = has_few_fitted(result);
     std::map<int, FoundTag> fitted;
     for (const FoundTag& tag : result.tags)
-      if (tag.fitted && is_of_panel(tag.id)) fitted[tag.id] = tag;
+      if ((tag.fitted || (!is_few && tag.refined)) && is_of_panel(tag.id)) fitted[tag.id] = tag;
     std::vector<PlacedTag> tags = tags_;
     for (PlacedTag& tag : tags)
       if (const auto it = found.find(tag.id); it != found.end() && !tag.seen)
