@@ -212,6 +212,23 @@ std::vector<ExactCorners> exact_by_calibration(const Dataset& set) {
   return exact;
 }
 
+std::vector<std::string> checker_columns() {
+  return {"method",   "corners", "found",  "right", "wrong", "squares",
+          "measured", "bound",   "claims", "nees",  "ms"};
+}
+
+std::vector<Figure> checker_figures(const std::string& boards, bool with_bound) {
+  std::vector<Figure> figures = {rows_in(boards), sum_of("found", "found"),
+                                 sum_of("corners", "corners"), sum_of("right", "right"),
+                                 sum_of("wrong", "wrong")};
+  if (with_bound) figures.push_back(root_ratio_of("bound, px", "bound", "measured", 4));
+  figures.push_back(root_ratio_of("rms, px", "squares", "measured", 4));
+  if (with_bound) figures.push_back(root_ratio_of("rms / bound", "squares", "bound", 2));
+  figures.push_back(ratio_of("NEES/2", "nees", "claims", 2));
+  figures.push_back(mean_of("CPU, ms", "ms", 1));
+  return figures;
+}
+
 Values checker_row(const std::string& method, const ExactCorners& exact, const FoundCorners& found,
                    double bound_square, double wrong_px) {
   double squares = 0, nees = 0, claims = 0, right = 0, wrong = 0;

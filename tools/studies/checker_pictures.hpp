@@ -17,6 +17,11 @@ ExactCorners corners_of(const std::vector<Observation>& observations);
 // found in fewer than three views.
 std::vector<ExactCorners> exact_by_calibration(const Dataset& set);
 
+// The columns of a row, and what a line of a table says of its rows: `boards`, the heading of their
+// number; and, `with_bound`, the errors beside the bound.
+std::vector<std::string> checker_columns();
+std::vector<study::Figure> checker_figures(const std::string& boards, bool with_bound);
+
 // A row of the study. A corner is wrong if it is off by more than `wrong_px`; the squares are of
 // errors.
 study::Values checker_row(const std::string& method, const ExactCorners& exact,

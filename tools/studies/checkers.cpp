@@ -156,16 +156,9 @@ Study checkers_study() {
       .needs_inputs = false,
       .count = 10,
       .options = {{"target", "", "target file of the pictures"}},
-      .columns = {"method", "corners", "found", "right", "wrong", "squares", "measured", "bound",
-                  "claims", "nees", "ms"},
+      .columns = checker_columns(),
       .tasks = tasks,
-      .tables = {{{"task", "method"},
-                  {rows_in("boards"), sum_of("found", "found"), sum_of("corners", "corners"),
-                   sum_of("right", "right"), sum_of("wrong", "wrong"),
-                   root_ratio_of("bound, px", "bound", "measured", 4),
-                   root_ratio_of("rms, px", "squares", "measured", 4),
-                   root_ratio_of("rms / bound", "squares", "bound", 2),
-                   ratio_of("NEES/2", "nees", "claims", 2), mean_of("CPU, ms", "ms", 1)}}}};
+      .tables = {{{"task", "method"}, checker_figures("boards", true)}}};
 }
 
 }  // namespace tagcal

@@ -19,6 +19,7 @@ study::Study frames_study();
 study::Study halves_study();
 study::Study handeye_study();
 study::Study model_confusion_study();
+study::Study near_grids_study();
 study::Study reproject_speed_study();
 study::Study rig_shutter_study();
 study::Study rigs_study();

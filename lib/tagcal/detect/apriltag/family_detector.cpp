@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tagcal/detect/apriltag/pinhole_picture.hpp"
 #include "tagcal/detect/apriltag/sightings.hpp"
 #include "tagcal/detect/families.hpp"
 #include "tagcal/detect/policy/policy.hpp"
@@ -84,6 +85,7 @@ std::vector<FoundTag> FamilyDetector::find(const ImageView8& image) {
   std::vector<FoundTag> found;
   for (std::size_t pass = 0; pass < num_passes(); ++pass)
     find(image, {{0, 0, image.size()}, 0, pass}, found);
+  std::erase_if(found, [](const FoundTag& tag) { return tag.is_approximate; });
   return found;
 }
 
@@ -114,6 +116,23 @@ void FamilyDetector::find(const ImageView8& image, const Search& search,
   }
 }
 
+void FamilyDetector::find_bent(const ImageView8& image, double focal_sides,
+                               std::vector<FoundTag>& found) const {
+  const PinholePicture straight(image, focal_sides);
+  const Pass& pass =
+      passes_[passes_.size() / 2];  // most squares are off the tags, and few tags lost
+  for (const Sighting& seen : sightings(*pass.detector, straight.image(), pass.shrink)) {
+    FoundTag tag{.id = seen.id, .is_approximate = true};
+    bool is_inside = seen.hamming <= max_hamming_;
+    for (std::size_t i = 0; i < 4 && is_inside; ++i) {
+      const auto at = straight.in_picture(seen.corners[i]);
+      is_inside = at.has_value();
+      if (at) tag.corners[i] = *at;
+    }
+    if (is_inside) found.push_back(tag);
+  }
+}
+
 // Corners in a picture from those in the last of its halved versions. Corners are refined in each
 // version on the way, because the next fit needs a start within 2 px; AprilTag's own corners are
 // that good after one halving.
@@ -129,17 +148,19 @@ Quad FamilyDetector::unhalved(const std::vector<Image8>& halves, Quad corners,
 }
 
 // Adds a sighting to `found`, or replaces the same tag of another pass if that was not refined.
-// Corners that are not `exact` are used only if they can be refined.
+// Corners that are not `exact` are approximate unless they can be refined.
 void FamilyDetector::add(const ImageView8& image, int id, const Quad& corners, bool exact,
                          std::vector<FoundTag>& found) {
   const auto same = std::ranges::find_if(found, [&](const FoundTag& other) {
     return other.id == id && are_one_tag(other.corners, corners);
   });
-  if (same != found.end() && (same->refined || refinement_ == Refinement::stock)) return;
+  const bool is_known = same != found.end() && !same->is_approximate;
+  if (is_known && (same->refined || refinement_ == Refinement::stock)) return;
   if (!is_inside(corners, image.size())) return;
   FoundTag tag{id, corners, false};
   if (refinement_ != Refinement::stock) tag = refined(image, tag.id, tag.corners).value_or(tag);
-  if (!tag.refined && (!exact || same != found.end())) return;
+  if (!tag.refined && (is_known || (!exact && refinement_ != Refinement::fit))) return;
+  tag.is_approximate = !tag.refined && !exact;
   if (!is_face(tag.corners) || !is_whole(tag, image.size())) return;
   if (same != found.end()) {
     *same = tag;
@@ -197,20 +218,21 @@ bool FamilyDetector::find_terms(const ImageView8& image, const std::vector<Found
   return true;
 }
 
-bool FamilyDetector::fit_roughly(FoundTag& tag, const ImageView8& image,
-                                 const Camera& camera) const {
-  return fit(tag, image, {.camera = &camera, .is_rough = true});
+bool FamilyDetector::fit_roughly(FoundTag& tag, const ImageView8& image, const Camera& camera,
+                                 double reach_px) const {
+  return fit(tag, image, {.camera = &camera, .is_rough = true}, reach_px);
 }
 
-bool FamilyDetector::fit(FoundTag& tag, const ImageView8& image, TagFitOptions options) const {
+bool FamilyDetector::fit(FoundTag& tag, const ImageView8& image, TagFitOptions options,
+                         double reach_px) const {
   options.gamma = terms_.processing.gamma;
   options.sharpen = terms_.processing.sharpen;
   const auto pattern = wanted_.patterns.find(tag.id);
   if (pattern == wanted_.patterns.end()) return false;
-  const auto fit =
-      terms_.print.is_none()
-          ? fit_known_tag(image, pattern->second, tag.corners, options)
-          : fit_known_tag(image, terms_.print.printed(pattern->second), tag.corners, options);
+  const auto fit = terms_.print.is_none()
+                       ? fit_known_tag(image, pattern->second, tag.corners, options, reach_px)
+                       : fit_known_tag(image, terms_.print.printed(pattern->second), tag.corners,
+                                       options, reach_px);
   if (!fit) return false;
   tag.corners = fit->corners;
   tag.covariance_px2 = fit->covariance_px2;

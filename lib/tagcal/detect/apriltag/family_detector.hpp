@@ -33,6 +33,7 @@ struct FoundTag {
   int id = 0;
   Quad corners;
   bool refined = false;
+  bool is_approximate = false;         // seen in a halved or shrunk picture only: not yet a tag
   bool fitted = false;                 // then covariance_px2 is that of (x0, y0, x1, y1, ..)
   bool by_corner = false;              // fitted corner by corner, or approximate: to be fitted
   std::optional<Camera> rough_camera;  // the camera of the fit, if it had one and bends
@@ -72,9 +73,13 @@ class FamilyDetector {
   // Number of passes over a picture. Each pass shrinks black more than the one before.
   std::size_t num_passes() const { return passes_.size(); }
 
-  // Adds new tags to `found`. Tags seen in a halved picture are added only if their edges can be
-  // fitted in the picture itself.
+  // Adds new tags to `found`. Tags seen in a halved picture are approximate if their edges cannot
+  // be fitted in the picture itself.
   void find(const ImageView8& image, const Search& search, std::vector<FoundTag>& found);
+
+  // Adds the approximate places of tags that are too large and too bent for AprilTag: they are
+  // searched for in a straightened picture, under a roughly guessed lens.
+  void find_bent(const ImageView8& image, double focal_sides, std::vector<FoundTag>& found) const;
 
   // Refines a tag whose corners are known to 2 px; no value if neither its pattern nor its edges
   // can be fitted. Also refines the edges if the detector's refinement is `stock`.
@@ -93,9 +98,10 @@ class FamilyDetector {
   const PictureTerms& terms() const { return terms_; }
   void set_terms(const PictureTerms& terms) { terms_ = terms; }
 
-  // Fits a tag under a roughly known lens, from its present corners (good to 2 px). If the fit
+  // Fits a tag under a roughly known lens, from its present corners, good to `reach_px`. If the fit
   // fails, returns false and leaves the tag unchanged.
-  bool fit_roughly(FoundTag& tag, const ImageView8& image, const Camera& camera) const;
+  bool fit_roughly(FoundTag& tag, const ImageView8& image, const Camera& camera,
+                   double reach_px = policy::kTagMaxMovePx) const;
 
  private:
   struct Pass {
@@ -107,7 +113,8 @@ class FamilyDetector {
            std::vector<FoundTag>& found);
   bool fit(FoundTag& tag, const ImageView8& image, bool lens_follows) const;
   // With the picture's terms.
-  bool fit(FoundTag& tag, const ImageView8& image, TagFitOptions options) const;
+  bool fit(FoundTag& tag, const ImageView8& image, TagFitOptions options,
+           double reach_px = policy::kTagMaxMovePx) const;
   Quad unhalved(const std::vector<Image8>& halves, Quad corners, bool is_shrunk) const;
 
   Wanted wanted_;

@@ -5,6 +5,7 @@
 #include <map>
 #include <utility>
 
+#include "tagcal/detect/board_search/bent_panel.hpp"
 #include "tagcal/detect/board_search/board_patterns.hpp"
 #include "tagcal/detect/board_search/placed_tag.hpp"
 #include "tagcal/detect/board_search/tag_cells.hpp"
@@ -48,7 +49,7 @@ class PanelCompletion {
     place(panel);
     std::map<int, MissingTag> missing;
     for (PlacedTag& tag : tags_) {
-      if (const auto it = found.find(tag.id); it != found.end())
+      if (const auto it = found.find(tag.id); it != found.end() && !it->second.is_approximate)
         check_found(it->second, tag, missing[tag.id], result);
     }
     bool added = true;
@@ -56,6 +57,7 @@ class PanelCompletion {
       added = false;
       for (PlacedTag* tag : missing_tags()) added |= find_missing(*tag, missing[tag->id], result);
     }
+    if (rules_.fit_under && is_bent(found, result)) find_bent(found, missing, result);
     drop_chance_tags(missing, result);
     for (PlacedTag* tag : missing_tags()) result.missing.push_back(missing[tag->id]);
   }
@@ -64,6 +66,7 @@ class PanelCompletion {
   void place(const BoardPanel& panel) {
     tags_.clear();
     seen_.clear();
+    lens_.reset();
     const Pose panel_from_board = panel.tags.front().board_from_tag.inverse();
     for (const Tag& tag : panel.tags) {
       const Quad corners = on_panel(tag, panel_from_board);
@@ -74,6 +77,12 @@ class PanelCompletion {
   // Compares a found tag with the picture and keeps it, corrected if necessary, or names it
   // missing.
   void check_found(const FoundTag& found, PlacedTag& tag, MissingTag& missing, Completion& result) {
+    if (found.rough_camera) {  // found by BentPanel before
+      set_seen(tag, found.corners);
+      lens_ = found.rough_camera->lens;
+      result.tags.push_back(found);
+      return;
+    }
     const TagCells cells(family_, tag.id, surroundings_);
     FoundTag kept = found;
     const double before = pattern_correlation(image_, found.corners, cells);
@@ -85,8 +94,8 @@ class PanelCompletion {
         if (is_misplaced(kept.corners, best, cells)) kept = {tag.id, best, false};
       }
     }
-    const auto why =
-        reason_to_reject(kept.corners, cells, rules_.max_hamming + kTagMoreWrongBitsIfFound);
+    const auto why = reason_to_reject(image_, kept.corners, cells,
+                                      rules_.max_hamming + kTagMoreWrongBitsIfFound);
     if (why || !is_whole(kept, image_.size())) {
       missing = {tag.id, why.value_or(WhyNot::outside), kept.corners};
       return;
@@ -100,25 +109,13 @@ class PanelCompletion {
     std::vector<std::pair<double, PlacedTag*>> order;
     for (PlacedTag& tag : tags_) {
       if (tag.seen || rules_.excluded.contains(tag.id)) continue;
-      const std::vector<const PlacedTag*> from = neighbours(tag);
+      const std::vector<const PlacedTag*> from = nearest_tags(tag, seen_);
       order.emplace_back(from.empty() ? 0 : (from.front()->centre - tag.centre).norm(), &tag);
     }
     std::ranges::stable_sort(order, {}, &std::pair<double, PlacedTag*>::first);
     std::vector<PlacedTag*> result;
     for (const auto& [distance, tag] : order) result.push_back(tag);
     return result;
-  }
-
-  // The found tags nearest to a place, nearest first.
-  std::vector<const PlacedTag*> neighbours(const PlacedTag& tag) const {
-    std::vector<std::pair<double, const PlacedTag*>> found;
-    for (const PlacedTag* other : seen_)
-      found.emplace_back((other->centre - tag.centre).squaredNorm(), other);
-    const std::size_t count = std::min(found.size(), kBoardNeighbours);
-    std::ranges::partial_sort(found, found.begin() + static_cast<std::ptrdiff_t>(count));
-    std::vector<const PlacedTag*> nearest;
-    for (std::size_t i = 0; i < count; ++i) nearest.push_back(found[i].second);
-    return nearest;
   }
 
   // Marks a tag as seen, or as missing.
@@ -133,7 +130,7 @@ class PanelCompletion {
   // Predicts a missing tag from its neighbours, unless that was tried before. True if it was found.
   bool find_missing(PlacedTag& tag, MissingTag& missing, Completion& result) {
     missing.id = tag.id;
-    const std::vector<const PlacedTag*> from = neighbours(tag);
+    const std::vector<const PlacedTag*> from = nearest_tags(tag, seen_);
     std::vector<int> ids;
     for (const PlacedTag* other : from) ids.push_back(other->id);
     if (ids == tag.tried_from) return false;
@@ -167,17 +164,77 @@ class PanelCompletion {
 
   std::optional<WhyNot> try_from(const Quad& best, const TagCells& cells, PlacedTag& tag,
                                  Completion& result) {
-    if (const auto why = reason_to_reject(best, cells, rules_.max_hamming)) return why;
+    if (const auto why = reason_to_reject(image_, best, cells, rules_.max_hamming)) return why;
     if (!is_inside(best, image_.size())) return WhyNot::outside;
     const std::optional<FoundTag> refined = rules_.refine(tag.id, best);
     if (!refined || !is_face(refined->corners)) return WhyNot::no_edges;
     if (!is_whole(*refined, image_.size())) return WhyNot::outside;
     if (is_misplaced(refined->corners, best, cells)) return WhyNot::no_edges;
-    if (const auto why = reason_to_reject(refined->corners, cells, rules_.max_hamming)) return why;
+    if (const auto why = reason_to_reject(image_, refined->corners, cells, rules_.max_hamming))
+      return why;
     set_seen(tag, refined->corners);
     result.tags.push_back(*refined);
     result.added.push_back(tag.id);
     return std::nullopt;
+  }
+
+  // True if tags are missing, and those next to them show that homographies do not predict them; or
+  // if few tags are fitted, and others were read but not refined.
+  bool is_bent(const std::map<int, FoundTag>& found, const Completion& result) {
+    if (has_few_fitted(result)) {
+      for (const PlacedTag& tag : tags_)
+        if (const auto it = found.find(tag.id); !tag.seen && it != found.end())
+          if (shortest_side(it->second.corners) >= family_.width_at_border) return true;
+      for (const FoundTag& tag : result.tags)
+        if (!tag.refined && is_of_panel(tag.id)) return true;
+    }
+    const std::vector<PlacedTag*> missing = missing_tags();
+    return std::ranges::any_of(missing, [&](const PlacedTag* tag) {
+      const auto nearest = nearest_tags(*tag, seen_);
+      return !nearest.empty() && !is_predicted(*nearest.front());
+    });
+  }
+
+  // True if the fitted tags do not determine a lens.
+  bool has_few_fitted(const Completion& result) const {
+    const auto count = std::ranges::count_if(
+        result.tags, [&](const FoundTag& tag) { return tag.fitted && is_of_panel(tag.id); });
+    return 4 * static_cast<std::size_t>(count) < kPanelMinCorners;
+  }
+
+  bool is_of_panel(int id) const {
+    return std::ranges::find(tags_, id, &PlacedTag::id) != tags_.end();
+  }
+
+  // True if the nearest tags predict a seen one to a cell.
+  bool is_predicted(const PlacedTag& tag) const {
+    const auto from = nearest_tags(tag, seen_);
+    if (from.empty()) return true;
+    const auto there = predicted(tag, from, from.size());
+    return there && largest_distance(*there, *tag.seen) <
+                        kBoardReachCells * shortest_side(*tag.seen) / family_.width_at_border;
+  }
+
+  void find_bent(const std::map<int, FoundTag>& found, std::map<int, MissingTag>& missing,
+                 Completion& result) {
+    // The fit under the lens of enough others follows for tags that are refined.
+    const bool is_few = has_few_fitted(result);
+    std::map<int, FoundTag> fitted;
+    for (const FoundTag& tag : result.tags)
+      if ((tag.fitted || (!is_few && tag.refined)) && is_of_panel(tag.id)) fitted[tag.id] = tag;
+    std::vector<PlacedTag> tags = tags_;
+    for (PlacedTag& tag : tags)
+      if (const auto it = found.find(tag.id); it != found.end() && !tag.seen)
+        tag.seen = it->second.corners;
+    BentPanel panel(image_, family_, surroundings_, rules_, std::move(tags));
+    const std::vector<FoundTag> added = panel.find(fitted, missing);
+    if (!added.empty()) lens_ = panel.lens();
+    for (const FoundTag& tag : added) {
+      if (std::erase_if(result.tags, [&](const FoundTag& old) { return old.id == tag.id; }) == 0)
+        result.added.push_back(tag.id);
+      result.tags.push_back(tag);
+      set_seen(*std::ranges::find(tags_, tag.id, &PlacedTag::id), tag.corners);
+    }
   }
 
   // Drops tags that no other tag confirms and that may have been read by chance.
@@ -203,7 +260,7 @@ class PanelCompletion {
   bool is_confirmed(const PlacedTag& tag) const {
     return std::ranges::any_of(seen_, [&](const PlacedTag* other) {
       if (other == &tag) return false;
-      const std::optional<Quad> there = predicted(tag, {other}, 1);
+      const std::optional<Quad> there = predicted(tag, {other}, 1, lens_ ? &*lens_ : nullptr);
       return there &&
              largest_distance(*there, *tag.seen) < kTagSameShare * shortest_side(*tag.seen);
     });
@@ -224,15 +281,6 @@ class PanelCompletion {
            pattern_correlation(image_, refined, cells) < pattern_correlation(image_, best, cells);
   }
 
-  std::optional<WhyNot> reason_to_reject(const Quad& quad, const TagCells& cells,
-                                         int most_wrong_bits) const {
-    const TagAnswer answer = read_tag(image_, quad, cells);
-    if (answer.contrast < kMinContrast) return WhyNot::no_contrast;
-    if (answer.wrong_fixed > kTagMaxWrongFixed) return WhyNot::no_border;
-    if (answer.wrong_bits > most_wrong_bits) return WhyNot::other_bits;
-    return std::nullopt;
-  }
-
   // True if the quad lies farther outside the picture than the prediction may err.
   bool is_cut(const Quad& quad) const {
     const double margin = kBoardReachCells * shortest_side(quad) / family_.width_at_border;
@@ -248,34 +296,11 @@ class PanelCompletion {
   std::size_t num_ids_;
   CellSurroundings surroundings_;
   std::vector<PlacedTag> tags_;
+  std::optional<Lens> lens_;            // if the panel is bent
   std::vector<const PlacedTag*> seen_;  // those of tags_ that are seen, in their order
 };
 
 }  // namespace
-
-std::string_view why_not_text(WhyNot why) {
-  switch (why) {
-    case WhyNot::no_neighbour:
-      return "no other tag of its plane was found to predict its place";
-    case WhyNot::outside:
-      return "outside the picture, or cut by its edge";
-    case WhyNot::too_small:
-      return "too small: its cells are smaller than a pixel";
-    case WhyNot::no_contrast:
-      return "the picture has no contrast at its place";
-    case WhyNot::no_border:
-      return "no black border at its place";
-    case WhyNot::other_bits:
-      return "the cells at its place do not show its code";
-    case WhyNot::no_edges:
-      return "its edges cannot be fitted, probably because of blur";
-    case WhyNot::no_fit:
-      return "read, but its pattern cannot be fitted to the pixels, so its corners are unreliable";
-    case WhyNot::alone:
-      return "decoded, but no neighbour confirms it: possibly a chance match";
-  }
-  return "";
-}
 
 Completion complete_board(const ImageView8& image, const Board& board, const TagFamily& family,
                           const std::vector<FoundTag>& found, const CompletionRules& rules) {

@@ -54,7 +54,8 @@ class PanelRefinement {
     for (const Tag& tag : panel.tags) {
       const auto it = found.find(tag.id);
       if (it == found.end()) continue;
-      tags_.push_back({it->second, on_panel(tag, panel_from_board), it->second->fitted});
+      const bool is_plain = it->second->fitted && !it->second->rough_camera;
+      tags_.push_back({it->second, on_panel(tag, panel_from_board), is_plain});
       before_.push_back(*it->second);
     }
   }
@@ -98,9 +99,12 @@ class PanelRefinement {
 
   // The tag, fitted corner by corner if it only had a start.
   FoundTag without_lens(const FoundTag& tag) const {
-    if (!tag.by_corner) return tag;
+    if (!tag.by_corner && !tag.rough_camera) return tag;
     const auto fitted = detector_.refined(image_, tag.id, tag.corners, false);
-    return fitted && is_face(fitted->corners) && is_whole(*fitted, image_.size()) ? *fitted : tag;
+    if (fitted && is_face(fitted->corners) && is_whole(*fitted, image_.size())) return *fitted;
+    FoundTag unfitted = tag;
+    unfitted.fitted = false;
+    return unfitted;
   }
 
   static bool has_converged(const PanelTag& tag) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -26,9 +27,10 @@ constexpr int kCount = kNumLens + 6;
 using Step = Eigen::Matrix<double, kCount, 1>;
 using System = Eigen::Matrix<double, kCount, kCount>;
 
-// Focal lengths in longer sides of the picture: half fields of view from 95 to 13 degrees.
-constexpr double kFocals[] = {0.3, 0.45, 0.7, 1.2, 2.2};  // numeric: tried values
-constexpr std::size_t kStarts = 2;                        // best ones that are iterated
+// Radius of the middle of the picture, in longer sides: with every focal length it shows less than
+// half a sphere.
+constexpr double kInner = 0.3;      // numeric: half a field of view of 57 degrees at most
+constexpr std::size_t kStarts = 2;  // best ones that are iterated
 // Spread of residuals, in sds, with which a lens explains the corners: no other start ends better.
 constexpr double kExplained = 1.2;     // numeric: limit of work, a spread of 1 and its scatter
 constexpr int kMaxSteps = 40;          // Gauss-Newton, as a limit of work
@@ -85,15 +87,9 @@ class PanelFit {
     state.f = focal * side_;
     state.centre = centre_;
     const Fisheye lens = state.lens();
-    std::vector<Vector2d> points;
-    std::vector<Vector3d> rays;
-    for (const PanelCorner& corner : corners_) {
-      const auto ray = lens.ray_in_camera(corner.pixel);
-      if (!ray) return std::nullopt;
-      points.push_back(on_plane(corner.on_panel));
-      rays.push_back(ray->direction);
-    }
-    const auto h = homography(points, rays);
+    auto h = rays_from_plane(lens, std::numeric_limits<double>::infinity());
+    // Errors of a rough lens may move directions along the panel's plane behind it.
+    if (!h) h = rays_from_plane(lens, kInner * side_);
     if (!h) return std::nullopt;
     state.pose = pose_from_homography(*h);
     return state;
@@ -178,6 +174,20 @@ class PanelFit {
   }
 
  private:
+  // From the corners that are nearer to the picture's middle than `radius_px`.
+  std::optional<Eigen::Matrix3d> rays_from_plane(const Fisheye& lens, double radius_px) const {
+    std::vector<Vector2d> points;
+    std::vector<Vector3d> rays;
+    for (const PanelCorner& corner : corners_) {
+      if ((corner.pixel - centre_).norm() > radius_px) continue;
+      const auto ray = lens.ray_in_camera(corner.pixel);
+      if (!ray) return std::nullopt;
+      points.push_back(on_plane(corner.on_panel));
+      rays.push_back(ray->direction);
+    }
+    return points.size() < 4 ? std::nullopt : homography(points, rays);
+  }
+
   Vector3d in_plane(const PanelCorner& corner) const {
     const Vector2d at = on_plane(corner.on_panel);
     return {at.x(), at.y(), 0};
@@ -259,7 +269,7 @@ std::optional<PanelLens> lens_of_panel(std::span<const PanelCorner> corners, con
   if (start) {
     starts.emplace_back(0, fit.start(*start));
   } else {
-    for (const double focal : kFocals) {
+    for (const double focal : kPanelFocals) {
       const auto state = fit.start(focal);
       const std::vector<double> off = state ? fit.distances(*state) : std::vector<double>();
       if (!off.empty()) starts.emplace_back(PanelFit::spread(off), *state);

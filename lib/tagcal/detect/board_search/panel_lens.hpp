@@ -31,6 +31,9 @@ struct PanelLens {
   std::optional<Eigen::Vector2d> pixel(const Eigen::Vector2d& on_panel) const;
 };
 
+// Focal lengths in longer sides of the picture: half fields of view from 95 to 13 degrees.
+inline constexpr double kPanelFocals[] = {0.3, 0.45, 0.7, 1.2, 2.2};  // numeric: tried values
+
 // Fits a fisheye lens (Kannala and Brandt 2006), its principal point and the panel's pose to the
 // corners of one picture, with a robust cost. Its polynomial approximates any radial lens over the
 // angles of a picture. No value for fewer than 24 corners, or if no start converges. `start`, a

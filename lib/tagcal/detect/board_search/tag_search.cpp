@@ -20,6 +20,9 @@
 namespace tagcal::internal {
 namespace {
 
+// Focal lengths of fisheyes in longer sides of the picture: half fields of view of 95 and 64
+// degrees.
+constexpr double kGuessedFocals[] = {0.3, 0.45};  // numeric: the first two of kPanelFocals
 constexpr double kMaxPartShare = 0.6;  // numeric: a search of a larger part saves no time
 
 // Throws Error for a tag that its family does not have: nobody can see it.
@@ -123,7 +126,9 @@ SeenTags TagSearch::find(const ImageView8& image) {
   seen.completions.resize(boards_.size());
   if (std::min(image.width(), image.height()) < kMinPictureSidePx) return seen;
   search_scales(image, seen);
-  if (options_.refinement == Refinement::fit) fit(image, seen);
+  if (options_.refinement != Refinement::fit) return seen;
+  if (!boards_.empty()) search_bent(image, seen);
+  fit(image, seen);
   return seen;
 }
 
@@ -143,8 +148,22 @@ void TagSearch::search_scales(const ImageView8& image, SeenTags& seen) {
     if (boards_.empty() || shows_nothing(seen)) search(image, {all, -1, pass}, seen);
 }
 
+// Searches a picture that shows nothing for tags that are too large and too bent for AprilTag.
+void TagSearch::search_bent(const ImageView8& image, SeenTags& seen) {
+  for (const double focal : kGuessedFocals) {
+    if (!shows_nothing(seen)) return;
+    std::vector<FoundTag> tags;
+    detector_.find_bent(image, focal, tags);
+    if (!tags.empty()) complete(image, unique_tags(tags, seen), seen);
+  }
+}
+
 void TagSearch::search(const ImageView8& image, const Search& where, SeenTags& seen) {
-  if (boards_.empty()) return detector_.find(image, where, seen.tags);
+  if (boards_.empty()) {
+    detector_.find(image, where, seen.tags);
+    std::erase_if(seen.tags, [](const FoundTag& tag) { return tag.is_approximate; });
+    return;
+  }
   std::vector<FoundTag> tags;
   for (const Completion& completion : seen.completions)
     tags.insert(tags.end(), completion.tags.begin(), completion.tags.end());
@@ -181,7 +200,8 @@ void TagSearch::fit(const ImageView8& image, SeenTags& seen) {
 std::vector<FoundTag> TagSearch::unique_tags(const std::vector<FoundTag>& tags,
                                              SeenTags& seen) const {
   std::map<int, int> count;
-  for (const FoundTag& tag : tags) ++count[tag.id];
+  for (const FoundTag& tag : tags)
+    if (!tag.is_approximate) ++count[tag.id];
   for (const auto& [id, times] : count) {
     if (!wanted().ids.contains(id)) {
       seen.strange.insert(id);
@@ -191,15 +211,25 @@ std::vector<FoundTag> TagSearch::unique_tags(const std::vector<FoundTag>& tags,
   }
   std::vector<FoundTag> single;
   for (const FoundTag& tag : tags)
-    if (wanted().ids.contains(tag.id) && !seen.repeated.contains(tag.id)) single.push_back(tag);
+    if (wanted().ids.contains(tag.id) && !seen.repeated.contains(tag.id) &&
+        !(tag.is_approximate && count.contains(tag.id)))
+      single.push_back(tag);
   return single;
 }
 
 void TagSearch::complete(const ImageView8& image, const std::vector<FoundTag>& tags,
                          SeenTags& seen) {
-  const CompletionRules rules{options_.max_hamming, seen.repeated, [&](int id, const Quad& start) {
-                                return detector_.refined(image, id, start);
-                              }};
+  CompletionRules rules{options_.max_hamming, seen.repeated, [&](int id, const Quad& start) {
+                          return detector_.refined(image, id, start);
+                        }};
+  if (options_.refinement == Refinement::fit)
+    rules.fit_under = [&](int id, const Quad& start, const Camera& camera) {
+      FoundTag tag{id, start, false};
+      const double cell = shortest_side(start) / family_.width_at_border;
+      const double reach_px = std::max(policy::kTagMaxMovePx, policy::kMaxMoveShare * cell);
+      return detector_.fit_roughly(tag, image, camera, reach_px) ? std::optional(tag)
+                                                                 : std::nullopt;
+    };
   seen.completions.clear();
   for (const Board* board : boards_)
     seen.completions.push_back(complete_board(image, *board, family_, tags, rules));

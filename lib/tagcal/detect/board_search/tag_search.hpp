@@ -49,6 +49,7 @@ class TagSearch {
  private:
   TagSearch(const Wanted& wanted, std::vector<const Board*> boards, const DetectOptions& options);
   void search_scales(const ImageView8& image, SeenTags& seen);
+  void search_bent(const ImageView8& image, SeenTags& seen);
   void search(const ImageView8& image, const Search& where, SeenTags& seen);
   std::vector<FoundTag> unique_tags(const std::vector<FoundTag>& tags, SeenTags& seen) const;
   void complete(const ImageView8& image, const std::vector<FoundTag>& tags, SeenTags& seen);

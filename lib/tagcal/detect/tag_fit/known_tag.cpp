@@ -17,11 +17,12 @@ TagFitOptions with_usual_priors(TagFitOptions options, const ImageSize& size) {
 }
 
 std::optional<TagFit> fit_known_tag(const ImageView8& image, const TagPattern& pattern,
-                                    const Quad& start, const TagFitOptions& options) {
+                                    const Quad& start, const TagFitOptions& options,
+                                    double reach_px) {
   const TagFit fit = refine_tag(image, pattern, start, with_usual_priors(options, image.size()));
   const bool is_start = options.lens_follows && fit.is_by_corner;
   if ((fit.status != TagFitStatus::converged && !is_start) ||
-      largest_distance(fit.corners, start) > policy::kTagMaxMovePx)
+      largest_distance(fit.corners, start) > reach_px)
     return std::nullopt;
   return fit;
 }

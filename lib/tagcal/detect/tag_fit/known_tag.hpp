@@ -12,10 +12,11 @@ namespace tagcal::internal {
 // in proportion to the picture.
 TagFitOptions with_usual_priors(TagFitOptions options, const ImageSize& size);
 
-// Fits a whole tag whose corners are known to 2 px, with the usual priors. No value if the fit does
-// not converge (unless the corners are approximate, as asked for), or ends farther away, which is
-// another minimum.
+// Fits a whole tag whose corners are known to `reach_px`, with the usual priors. No value if the
+// fit does not converge (unless the corners are approximate, as asked for), or ends farther away,
+// which is another minimum.
 std::optional<TagFit> fit_known_tag(const ImageView8& image, const TagPattern& pattern,
-                                    const Quad& start, const TagFitOptions& options);
+                                    const Quad& start, const TagFitOptions& options,
+                                    double reach_px = policy::kTagMaxMovePx);
 
 }  // namespace tagcal::internal
