@@ -25,33 +25,33 @@ struct PrintTrials {
   int num_found = 0;  // tags whose lines are not those of equal cells
 };
 
-// Fits tags of a side of 60 px, tilted by up to 60 degrees, drawn with some pixels along it (0:
-// exactly), each with the lines that its own picture shows.
+// A tag with a side of 60 px, tilted by up to 60 degrees, drawn with some pixels along it (0:
+// exactly).
+TagView print_view(int pixels, int border_bits, double gamma, Random& random) {
+  TagViewSpec spec{kSide, random.uniform(0, 60), 0.8, 2};
+  spec.border_bits = border_bits;
+  TagScene tag(spec, random);
+  tag.scene.camera = {pinhole(900, 900, kMiddle, kMiddle), {180, 180}};
+  tag.scene.sensor.gamma = gamma;
+  if (pixels > 0) tag.scene.print_grid_m = 1.0 / pixels;
+  return tag.view(
+      tag_pose(Eigen::Vector3d::UnitZ(), 900 / kSide, random.uniform(0, 60), random_turns(random)),
+      random);
+}
+
+// Fits such tags, each with the terms that its own picture shows.
 PrintTrials trials(int pixels, int border_bits, double gamma) {
   const TagFamily family = tag_family("tag36h11", border_bits);
   Random random(79);
   Tally tally;
   PrintTrials result;
   for (int i = 0; i < kCount; ++i) {
-    TagViewSpec spec{kSide, random.uniform(0, 60), 0.8, 2};
-    spec.border_bits = border_bits;
-    TagScene tag(spec, random);
-    tag.scene.camera = {pinhole(900, 900, kMiddle, kMiddle), {180, 180}};
-    tag.scene.sensor.gamma = gamma;
-    if (pixels > 0) tag.scene.print_grid_m = 1.0 / pixels;
-    const TagView view = tag.view(tag_pose(Eigen::Vector3d::UnitZ(), 900 / kSide,
-                                           random.uniform(0, 60), random_turns(random)),
-                                  random);
+    const TagView view = print_view(pixels, border_bits, gamma, random);
     const TagPattern equal = tag_pattern(family, view.id, border_bits);
     const Corners start = moved(view.corners, 0.2, random);
     const PictureTerms terms = terms_of_picture(view.image, {{&equal, start}});
-    const TagPattern printed = terms.print.printed(equal);
     result.num_found += !terms.print.is_none();
-    TagFitOptions options;
-    options.bend_sd_per_px = 0;
-    options.shift_sd_px = 0.1;
-    options.gamma = terms.processing.gamma;
-    tally.add(refine_tag(view.image, printed, start, options), view.corners);
+    tally.add(fit_tag_with(terms, view.image, equal, start, {}).value_or(TagFit()), view.corners);
   }
   result.corners = tally.result();
   return result;
@@ -76,6 +76,21 @@ TEST(PrintedLines, CornersAreAsExactAsOfEqualCells) {
 }
 
 TEST(PrintedLines, GammaIsToldFromThem) { expect_as_exact_as_of_equal_cells(1, 0.5); }
+
+// Another board in the picture may have another print.
+TEST(PrintedLines, ATagKeepsItsOwn) {
+  Random random(80);
+  const TagFamily family = tag_family("tag36h11", 1);
+  const PictureTerms terms{{}, {Eigen::VectorXd::LinSpaced(7, 1, 7) / 8.2}};
+  for (int i = 0; i < 10; ++i) {
+    const TagView view = print_view(0, 1, 1, random);
+    const TagPattern pattern = tag_pattern(family, view.id, 1);
+    const auto exact = fit_tag_with({}, view.image, pattern, view.corners, {});
+    const auto fit = fit_tag_with(terms, view.image, pattern, view.corners, {});
+    ASSERT_TRUE(exact && fit);
+    EXPECT_EQ(fit->corners, exact->corners);
+  }
+}
 
 // A drawing as a lens shows it: seen askew and blurred, by the mean over 8 x 8 parts of each
 // pixel, with noise of one level.

@@ -87,15 +87,11 @@ struct ViewRefinement {
     std::vector<int> ids;
     const std::vector<TagInPicture> tags = whole_tags(patterns, camera, ids);
     num_tags = static_cast<int>(tags.size());
-    const auto [processing, print] = terms_of_picture(image, tags);
+    const PictureTerms terms = terms_of_picture(image, tags);
     for (std::size_t i = 0; i < tags.size(); ++i) {
-      const TagPattern pattern = print.printed(*tags[i].pattern);
-      const auto fitted = [&, &processing = processing](bool is_bent) {
-        return fit_known_tag(image, pattern, tags[i].corners,
-                             {.camera = &camera,
-                              .is_rough = is_bent,
-                              .gamma = processing.gamma,
-                              .sharpen = processing.sharpen});
+      const auto fitted = [&](bool is_bent) {
+        return fit_tag_with(terms, image, *tags[i].pattern, tags[i].corners,
+                            {.camera = &camera, .is_rough = is_bent});
       };
       const auto one = fitted(false), other = fitted(true);
       num_straight += put(one, ids[i], straight);

@@ -223,16 +223,11 @@ bool FamilyDetector::fit_roughly(FoundTag& tag, const ImageView8& image, const C
   return fit(tag, image, {.camera = &camera, .is_rough = true}, reach_px);
 }
 
-bool FamilyDetector::fit(FoundTag& tag, const ImageView8& image, TagFitOptions options,
+bool FamilyDetector::fit(FoundTag& tag, const ImageView8& image, const TagFitOptions& options,
                          double reach_px) const {
-  options.gamma = terms_.processing.gamma;
-  options.sharpen = terms_.processing.sharpen;
   const auto pattern = wanted_.patterns.find(tag.id);
   if (pattern == wanted_.patterns.end()) return false;
-  const auto fit = terms_.print.is_none()
-                       ? fit_known_tag(image, pattern->second, tag.corners, options, reach_px)
-                       : fit_known_tag(image, terms_.print.printed(pattern->second), tag.corners,
-                                       options, reach_px);
+  const auto fit = fit_tag_with(terms_, image, pattern->second, tag.corners, options, reach_px);
   if (!fit) return false;
   tag.corners = fit->corners;
   tag.covariance_px2 = fit->covariance_px2;

@@ -113,7 +113,7 @@ class FamilyDetector {
            std::vector<FoundTag>& found);
   bool fit(FoundTag& tag, const ImageView8& image, bool lens_follows) const;
   // With the picture's terms.
-  bool fit(FoundTag& tag, const ImageView8& image, TagFitOptions options,
+  bool fit(FoundTag& tag, const ImageView8& image, const TagFitOptions& options,
            double reach_px = policy::kTagMaxMovePx) const;
   Quad unhalved(const std::vector<Image8>& halves, Quad corners, bool is_shrunk) const;
 

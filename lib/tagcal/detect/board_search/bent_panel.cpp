@@ -52,7 +52,9 @@ std::vector<FoundTag> BentPanel::find(const std::map<int, FoundTag>& fitted,
     if (found.size() == before) break;
     estimate_lens();
   }
-  return found;
+  if (panel_lens_) return found;
+  for (const FoundTag& tag : found) missing[tag.id] = {tag.id, WhyNot::no_fit, tag.corners};
+  return {};
 }
 
 double BentPanel::correlation_under(const Lens* lens, const PlacedTag& tag) const {

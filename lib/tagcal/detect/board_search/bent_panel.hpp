@@ -25,7 +25,8 @@ class BentPanel {
             const CompletionRules& rules, std::vector<PlacedTag> tags);
 
   // The tags that are not among the fitted ones, in the order in which they are found. Says why
-  // others are missing.
+  // others are missing. None without enough tags to estimate the lens: large tags are bent beyond
+  // what their fits under a guessed one allow for.
   std::vector<FoundTag> find(const std::map<int, FoundTag>& fitted,
                              std::map<int, MissingTag>& missing);
 

@@ -1,7 +1,10 @@
 #include "tagcal/detect/tag_fit/picture_terms.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <deque>
+
+#include "tagcal/detect/tag_fit/known_tag.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -28,6 +31,21 @@ PictureTerms terms_of_picture(const ImageView8& image, std::vector<TagInPicture>
   terms.processing = processing_of_picture(image, printed);
   terms.print = printed_lines_of_picture(image, tags, terms.processing);
   return terms;
+}
+
+std::optional<TagFit> fit_tag_with(const PictureTerms& terms, const ImageView8& image,
+                                   const TagPattern& pattern, const Quad& start,
+                                   TagFitOptions options, double reach_px) {
+  options.gamma = terms.processing.gamma;
+  options.sharpen = terms.processing.sharpen;
+  const auto exact = fit_known_tag(image, pattern, start, options, reach_px);
+  if (terms.print.is_none()) return exact;
+  const auto printed = fit_known_tag(image, terms.print.printed(pattern), start, options, reach_px);
+  const bool is_exact =
+      exact && exact->status == TagFitStatus::converged &&
+      (!printed || 2 * exact->num_pixels * std::log(printed->noise_levels / exact->noise_levels) >
+                       policy::kPrintSure);
+  return is_exact ? exact : printed;
 }
 
 }  // namespace tagcal::internal

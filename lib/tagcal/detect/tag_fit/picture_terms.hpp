@@ -1,7 +1,9 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
+#include "tagcal/detect/policy/policy.hpp"
 #include "tagcal/detect/tag_fit/picture_processing.hpp"
 #include "tagcal/detect/tag_fit/printed_lines.hpp"
 
@@ -18,5 +20,12 @@ struct PictureTerms {
 
 // Estimates both from the tags, given with their exact patterns.
 PictureTerms terms_of_picture(const ImageView8& image, std::vector<TagInPicture> tags);
+
+// fit_known_tag() of a tag with its exact pattern and the terms of its picture, which replace those
+// in the options. A tag that is clearly more like its exact pattern has not the print of the
+// others.
+std::optional<TagFit> fit_tag_with(const PictureTerms& terms, const ImageView8& image,
+                                   const TagPattern& pattern, const Quad& start,
+                                   TagFitOptions options, double reach_px = policy::kTagMaxMovePx);
 
 }  // namespace tagcal::internal
