@@ -218,6 +218,7 @@ class TagFitter {
   void add_light(const TagBlock& block);
   void add_flat_light(bool white);
   void admit_light();
+  DisplacedLines displaced_lines() const;
   void add_lines(TagBlock& block);
   double noise_factor() const;
   void smooth();

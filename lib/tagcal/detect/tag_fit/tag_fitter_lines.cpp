@@ -35,9 +35,8 @@ void TagFitter::add_lines(TagBlock& block) {
   displaced_->products += (all.rightCols(n).transpose() * all).cast<double>();
 }
 
-// The tag's parameters and the terms of light are adapted to the lines.
-LineSums TagFitter::line_sums() {
-  DisplacedLines& lines = displaced_.emplace();
+DisplacedLines TagFitter::displaced_lines() const {
+  DisplacedLines lines;
   lines.by = kDisplacedPx / (2 * region_.scale);
   for (std::size_t i = 0; i < region_.grid.columns.size(); ++i) {
     if (std::abs(region_.grid.columns[i]) > kInner) continue;
@@ -49,6 +48,12 @@ LineSums TagFitter::line_sums() {
   }
   const auto n = static_cast<Eigen::Index>(lines.models.size());
   lines.products.setZero(n, kOwnColumns + n);
+  return lines;
+}
+
+// The tag's parameters and the terms of light are adapted to the lines.
+LineSums TagFitter::line_sums() {
+  const Eigen::Index n = displaced_.emplace(displaced_lines()).products.rows();
   const LightSums light = collect_light(LightSums::Terms::Zero());
   const Eigen::MatrixXd columns = displaced_->products.leftCols<kOwnColumns>().transpose();
   const Eigen::MatrixXd own = displaced_->products.rightCols(n);
