@@ -171,7 +171,7 @@ inline constexpr double kLightSure = 24.3;
 // then exceeds 1, all together by 0.08 standard deviations, of 0.05 to 0.15.
 inline constexpr double kNoiseSureSds = 1;
 
-// ---- Fitting a tag's pattern: the gamma of a picture
+// ---- Fitting a tag's pattern: gamma, sharpening and print of a picture
 
 // Number of tags from which gamma is estimated. Source: x0.7: errors +0.4 %, -6 beyond 5 sd;
 // x1.4: errors -0.1 %.
@@ -183,30 +183,23 @@ inline constexpr double kTagMaxLogGamma = 0.35;
 // freedom: 4e-8). Source: x0.7: errors -0.3 %, squares over claims -0.6 %; x1.4: errors +0.2 %,
 // squares over claims +0.3 %.
 inline constexpr double kTagGammaSure = 30;
-
-// ---- Fitting a tag's pattern: the sharpening of a picture
-
 // Bounds of unsharp masking: its amount, and the standard deviation of its Gaussian, px. Source:
 // none; chosen by hand, about twice what the pictures of docs/trust/worlds.md have.
 inline constexpr double kSharpenMaxAmount = 3;
 inline constexpr double kSharpenMinRadiusPx = 0.5;
 inline constexpr double kSharpenMaxRadiusPx = 3;
-// Twice the log-likelihood ratio by which sharpening must beat none (chi-square of two degrees of
-// freedom: 3e-7).
+// Twice the log-likelihood ratio by which sharpening must beat none. Source: chi-square of two, 3e-7.
 inline constexpr double kSharpenSure = 30;
-
-// ---- Fitting a tag's pattern: the lines of the print
-
+// Noise over contrast of a fit, from which on it may be strong overshoot, which a weak sharpening
+// does not lessen. Source: an amount of 1.5 with a radius of 2 px leaves 0.12 of it after a blur of
+// 1.4 px; where there is less, a weak one lessens it, too.
+inline constexpr double kSharpenNoisyShare = 0.05;
 // Twice the log-likelihood ratio by which lines between cells must beat equal cells: seven lines
 // and the thousand drawings that are tried reach 60 in one of 1e7 pictures of exact prints, but 86
 // was seen in one of 30 pictures of a webcam, whose pixels are not as the model has them.
 inline constexpr double kPrintSure = 100;
 // The same by which free lines must beat those of the best drawing, as that of seven lines.
 inline constexpr double kPrintIsDrawing = 45;
-// Noise over contrast of a fit, from which on it may be strong overshoot, which a weak sharpening
-// does not lessen. Source: an amount of 1.5 with a radius of 2 px leaves 0.12 of it after a blur of
-// 1.4 px; where there is less, a weak one lessens it, too.
-inline constexpr double kSharpenNoisyShare = 0.05;
 
 // ---- Completing boards
 
