@@ -188,7 +188,7 @@ inline constexpr double kTagGammaSure = 30;
 inline constexpr double kSharpenMaxAmount = 3;
 inline constexpr double kSharpenMinRadiusPx = 0.5;
 inline constexpr double kSharpenMaxRadiusPx = 3;
-// Twice the log-likelihood ratio by which sharpening must beat none. Source: chi-square of two, 3e-7.
+// Twice the log-likelihood ratio by which sharpening must beat none. Source: chi-square, p = 3e-7.
 inline constexpr double kSharpenSure = 30;
 // Noise over contrast of a fit, from which on it may be strong overshoot, which a weak sharpening
 // does not lessen. Source: an amount of 1.5 with a radius of 2 px leaves 0.12 of it after a blur of
