@@ -1,7 +1,11 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/calibrate.hpp"
+#include "tagcal/estimate/calibration/calibration_fit.hpp"
+#include "tagcal/estimate/calibration/calibration_input.hpp"
 #include "tagcal/uncertainty/lens_difference.hpp"
 #include "worlds.hpp"
 
@@ -50,6 +54,23 @@ const std::vector<std::pair<std::string, Lens>>& truths() {
       {"opencv8", Perspective({500, 501, 651, 392, 0.5, 0.1, 5e-4, -3e-4, 0.01, 0.8, 0.15, 0.02})},
       {"fisheye4", fisheye_lens()}};
   return all;
+}
+
+// A fit of a larger model may stop far from its minimum, with outliers everywhere. (A perspective
+// lens before a fisheye's corners did: its smaller sibling then had a negative chi-square.)
+TEST(Selection, AFitThatLeavesAStuckOneHasItsOwnSquares) {
+  using namespace internal;
+  const CalibrationInput input = calibration_input(make_world(opencv5_lens(), 1, few_views()), {});
+  const Model& model = Model::named("opencv5");
+  const auto fit = fit_model(model, input, {});
+  ASSERT_TRUE(fit);
+  CalibrationFit stuck = *fit;
+  for (auto& of_view : stuck.squares) std::ranges::fill(of_view, 1e8);
+  stuck.summary.cost = 1e8 * static_cast<double>(fit->num_corners);
+  const double sigma = fit->bundle.sigma;
+  const auto values = model.free_values(fit->bundle.lens());
+  const CalibrationFit again = fit_on_inliers(std::move(stuck), model, values, {});
+  EXPECT_NEAR(again.truncated_chi_square(sigma) / fit->truncated_chi_square(sigma), 1, 1e-3);
 }
 
 TEST(Selection, TheModelThatMadeTheData) {
