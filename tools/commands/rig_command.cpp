@@ -133,10 +133,8 @@ RigCalibration calibrate_by_times(const Arguments& arguments, RigOptions options
   }
   options.find_readouts = false;
   if (near) return calibrate_rig(input.rig, options);
-  for (RigCameraEstimate& camera : timed.cameras)
-    forget_readout(camera.own.readout, camera.own.findings);
-  std::optional<Readout> of_rig;
-  forget_readout(of_rig, timed.findings);
+  for (RigCameraEstimate& camera : timed.cameras) forget_readout(camera.own);
+  forget_readout(timed.findings);
   return timed;
 }
 

@@ -52,7 +52,7 @@ Calibration calibrate_input(const CalibrationJob& job, Input& input,
     return timed;
   }
   if (near) return calibrate_input(input, options, false);
-  forget_readout(timed.readout, timed.findings);
+  forget_readout(timed);
   return timed;
 }
 

@@ -119,8 +119,12 @@ std::optional<Input> with_neighbours(const Input& input, int threads, bool shows
   return all;
 }
 
-void forget_readout(std::optional<Readout>& readout, std::vector<Finding>& findings) {
-  readout.reset();
+void forget_readout(Calibration& calibration) {
+  calibration.readout.reset();
+  forget_readout(calibration.findings);
+}
+
+void forget_readout(std::vector<Finding>& findings) {
   std::erase_if(findings, [](const Finding& finding) {
     return finding.code == code::readout_not_observable.name;
   });

@@ -36,6 +36,7 @@ std::vector<double> film_times(const std::vector<View>& views,
 std::optional<Input> with_neighbours(const Input& input, int threads, bool shows_progress);
 
 // Takes back a readout that nobody asked for and that is not seen.
-void forget_readout(std::optional<Readout>& readout, std::vector<Finding>& findings);
+void forget_readout(Calibration& calibration);
+void forget_readout(std::vector<Finding>& findings);
 
 }  // namespace tagcal::tools
