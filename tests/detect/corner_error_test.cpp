@@ -64,6 +64,23 @@ TEST(CornerError, IsZeroIfTheClaimsHold) {
   EXPECT_EQ((*seen[0].observations[3].covariance_px2)(0, 0), .0004);
 }
 
+// Without the error the sum of the variances, 0.1^2 + 0.02^2, is 26 times what is claimed.
+TEST(CornerError, MakesTheScatterAsClaimed) {
+  for (const Board& board : {kTags, kSquares}) {
+    std::vector<View> seen = views(board, .1, 0);
+    std::vector<ViewOfSize> sized;
+    for (View& view : seen) sized.push_back({&view, kSize});
+    const auto mean = [&] {
+      const ScatterNees nees = scatter_nees(sized, {{board, Pose()}});
+      EXPECT_GT(nees.num_corners, 100);
+      return nees.sum / nees.num_corners;
+    };
+    EXPECT_NEAR(mean(), 26, 6);
+    add_corner_error(sized, {{board, Pose()}});
+    EXPECT_NEAR(mean(), 1, .2);
+  }
+}
+
 TEST(CornerError, LeavesOutWhatIsSmooth) {
   std::vector<View> seen = views(kTags, 0, .3);
   EXPECT_LT(error_of(seen, kTags), .03);

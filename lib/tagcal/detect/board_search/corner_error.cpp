@@ -111,6 +111,24 @@ std::optional<Scatter> scatter_of(const PanelResidual& corner,
   return is_inside && scatter.off_px.allFinite() ? std::optional(scatter) : std::nullopt;
 }
 
+std::vector<Scatter> scatters_of(const std::vector<ViewOfSize>& views,
+                                 const std::vector<PlacedBoard>& boards) {
+  std::vector<Scatter> scatters;
+  const std::size_t step = 1 + views.size() / kMostViews;
+  for (const PlacedBoard& placed : boards) {
+    PointsById points;
+    for (const TargetPoint& point : target_points(placed.board))
+      points.emplace(point.id, point.position);
+    for (std::size_t i = 0; i < views.size(); i += step) {
+      const std::vector<PanelResidual> corners =
+          residuals_of(*views[i].view, views[i].size, points);
+      for (const PanelResidual& corner : corners)
+        if (const auto scatter = scatter_of(corner, corners)) scatters.push_back(*scatter);
+    }
+  }
+  return scatters;
+}
+
 // The variance per coordinate beyond the claims, px^2, by the median of the squares over what is
 // claimed; zero if more than half of them by chance exceed it.
 double variance_beyond(std::span<const Scatter> scatters) {
@@ -138,23 +156,20 @@ void widen_covariances(View& view, double error_px) {
 
 double add_corner_error(const std::vector<ViewOfSize>& views,
                         const std::vector<PlacedBoard>& boards) {
-  std::vector<Scatter> scatters;
-  const std::size_t step = 1 + views.size() / kMostViews;
-  for (const PlacedBoard& placed : boards) {
-    PointsById points;
-    for (const TargetPoint& point : target_points(placed.board))
-      points.emplace(point.id, point.position);
-    for (std::size_t i = 0; i < views.size(); i += step) {
-      const std::vector<PanelResidual> corners =
-          residuals_of(*views[i].view, views[i].size, points);
-      for (const PanelResidual& corner : corners)
-        if (const auto scatter = scatter_of(corner, corners)) scatters.push_back(*scatter);
-    }
-  }
-  const double variance = scatters.empty() ? 0 : variance_beyond(scatters);
-  const double error = std::sqrt(variance);
+  const std::vector<Scatter> scatters = scatters_of(views, boards);
+  const double error = scatters.empty() ? 0 : std::sqrt(variance_beyond(scatters));
   for (const ViewOfSize& one : views) widen_covariances(*one.view, error);
   return error;
+}
+
+ScatterNees scatter_nees(const std::vector<ViewOfSize>& views,
+                         const std::vector<PlacedBoard>& boards) {
+  ScatterNees result;
+  for (const Scatter& scatter : scatters_of(views, boards)) {
+    ++result.num_corners;
+    result.sum += scatter.square(0) / 2;
+  }
+  return result;
 }
 
 }  // namespace tagcal::internal

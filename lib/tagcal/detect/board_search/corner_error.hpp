@@ -22,6 +22,15 @@ struct ViewOfSize {
 double add_corner_error(const std::vector<ViewOfSize>& views,
                         const std::vector<PlacedBoard>& boards);
 
+// How far corners scatter about their neighbours, in what their covariances claim: the sum of the
+// normalised squares, halved, so that the mean is 1 if the claims hold.
+struct ScatterNees {
+  int num_corners = 0;
+  double sum = 0;
+};
+ScatterNees scatter_nees(const std::vector<ViewOfSize>& views,
+                         const std::vector<PlacedBoard>& boards);
+
 // Adds an error of corners, px, to the covariances of a view.
 void widen_covariances(View& view, double error_px);
 
