@@ -116,9 +116,9 @@ void FamilyDetector::find(const ImageView8& image, const Search& search,
   }
 }
 
-void FamilyDetector::find_bent(const ImageView8& image, double focal_sides,
+void FamilyDetector::find_bent(const ImageView8& image, const Lens& lens,
                                std::vector<FoundTag>& found) const {
-  const PinholePicture straight(image, focal_sides);
+  const PinholePicture straight(image, lens);
   const Pass& pass =
       passes_[passes_.size() / 2];  // most squares are off the tags, and few tags lost
   for (const Sighting& seen : sightings(*pass.detector, straight.image(), pass.shrink)) {

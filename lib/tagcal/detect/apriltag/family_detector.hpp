@@ -79,7 +79,7 @@ class FamilyDetector {
 
   // Adds the approximate places of tags that are too large and too bent for AprilTag: they are
   // searched for in a straightened picture, under a roughly guessed lens.
-  void find_bent(const ImageView8& image, double focal_sides, std::vector<FoundTag>& found) const;
+  void find_bent(const ImageView8& image, const Lens& lens, std::vector<FoundTag>& found) const;
 
   // Refines a tag whose corners are known to 2 px; no value if neither its pattern nor its edges
   // can be fitted. Also refines the edges if the detector's refinement is `stock`.

@@ -1,8 +1,5 @@
 #include "tagcal/detect/apriltag/pinhole_picture.hpp"
 
-#include <algorithm>
-#include <cmath>
-
 namespace tagcal::internal {
 namespace {
 
@@ -13,10 +10,8 @@ constexpr double kHalfWidth = 2;  // numeric: tangent of half its field of view,
 
 }  // namespace
 
-PinholePicture::PinholePicture(const ImageView8& picture, double focal_sides)
-    : size_(picture.size()),
-      focal_px_(focal_sides * std::max(size_.width, size_.height)),
-      image_({kSide, kSide}) {
+PinholePicture::PinholePicture(const ImageView8& picture, const Lens& lens)
+    : size_(picture.size()), lens_(lens), image_({kSide, kSide}) {
   for (int y = 0; y < kSide; ++y)
     for (int x = 0; x < kSide; ++x)
       if (const auto at = in_picture(Vector2d(x, y)))
@@ -25,10 +20,10 @@ PinholePicture::PinholePicture(const ImageView8& picture, double focal_sides)
 
 std::optional<Vector2d> PinholePicture::in_picture(const Vector2d& pixel) const {
   const Vector2d tangent = (pixel / (kSide / 2) - Vector2d::Ones()) * kHalfWidth;
-  const double r = tangent.norm();
-  const Vector2d at = image_centre(size_) + (r > 0 ? focal_px_ * std::atan(r) / r : 0) * tangent;
-  if (!(at.minCoeff() >= 0 && at.x() < size_.width && at.y() < size_.height)) return std::nullopt;
-  return at;
+  const auto at = project(lens_, tangent.homogeneous());
+  const bool is_inside =
+      at && at->minCoeff() >= 0 && at->x() < size_.width && at->y() < size_.height;
+  return is_inside ? at : std::nullopt;
 }
 
 }  // namespace tagcal::internal

@@ -3,16 +3,17 @@
 #include <Eigen/Core>
 #include <optional>
 
+#include "tagcal/camera/lens.hpp"
 #include "tagcal/scene/image.hpp"
 
 // Private to detect.
 namespace tagcal::internal {
 
-// A picture of a fisheye camera as a pinhole camera along its axis would see it, small and wide:
-// the lens is one with equal angles a pixel, of a focal length in longer sides of the picture.
+// A picture of a fisheye camera as a pinhole camera along its axis would see it, small and wide.
+// The lens must outlive it.
 class PinholePicture {
  public:
-  PinholePicture(const ImageView8& picture, double focal_sides);
+  PinholePicture(const ImageView8& picture, const Lens& lens);
 
   const Image8& image() const { return image_; }
   // The place in the picture; no value if it is outside.
@@ -20,7 +21,7 @@ class PinholePicture {
 
  private:
   ImageSize size_;
-  double focal_px_;
+  const Lens& lens_;
   Image8 image_;
 };
 

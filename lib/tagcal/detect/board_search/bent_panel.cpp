@@ -17,12 +17,6 @@ constexpr std::size_t kAnchors = 3;  // numeric: limit of work; the largest tags
 constexpr int kBentRounds = 8;       // numeric: limit of work
 constexpr double kPlaceCells = 1.0 / 8;  // numeric: a fit starts within half a cell
 
-Camera equidistant(double focal_sides, const ImageSize& size) {
-  const double f = focal_sides * std::max(size.width, size.height);
-  const Eigen::Vector2d centre = image_centre(size);
-  return {Fisheye({f, f, centre.x(), centre.y(), 0, 0, 0, 0}), size};
-}
-
 }  // namespace
 
 BentPanel::BentPanel(const ImageView8& image, const TagFamily& family,
@@ -117,10 +111,7 @@ std::vector<PlacedTag*> BentPanel::missing_tags() {
     if (from.empty() && !tag.seen) continue;
     order.emplace_back(tag.seen ? 0 : (from.front()->centre - tag.centre).norm(), &tag);
   }
-  std::ranges::stable_sort(order, {}, &std::pair<double, PlacedTag*>::first);
-  std::vector<PlacedTag*> result;
-  for (const auto& [distance, tag] : order) result.push_back(tag);
-  return result;
+  return nearest_first(std::move(order));
 }
 
 std::vector<const PlacedTag*> BentPanel::neighbours(const PlacedTag& tag) const {

@@ -112,10 +112,7 @@ class PanelCompletion {
       const std::vector<const PlacedTag*> from = nearest_tags(tag, seen_);
       order.emplace_back(from.empty() ? 0 : (from.front()->centre - tag.centre).norm(), &tag);
     }
-    std::ranges::stable_sort(order, {}, &std::pair<double, PlacedTag*>::first);
-    std::vector<PlacedTag*> result;
-    for (const auto& [distance, tag] : order) result.push_back(tag);
-    return result;
+    return nearest_first(std::move(order));
   }
 
   // Marks a tag as seen, or as missing.

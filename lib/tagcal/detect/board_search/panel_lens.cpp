@@ -257,6 +257,12 @@ class PanelFit {
 
 }  // namespace
 
+Camera equidistant(double focal_sides, const ImageSize& size) {
+  const double f = focal_sides * std::max(size.width, size.height);
+  const Vector2d centre = image_centre(size);
+  return {Fisheye({f, f, centre.x(), centre.y(), 0, 0, 0, 0}), size};
+}
+
 std::optional<Vector2d> PanelLens::pixel(const Vector2d& on_panel) const {
   return project(camera.lens, camera_from_panel * Vector3d(on_panel.x(), on_panel.y(), 0));
 }

@@ -34,6 +34,9 @@ struct PanelLens {
 // Focal lengths in longer sides of the picture: half fields of view from 95 to 13 degrees.
 inline constexpr double kPanelFocals[] = {0.3, 0.45, 0.7, 1.2, 2.2};  // numeric: tried values
 
+// A fisheye with equal angles a pixel, with its axis in the middle of the picture.
+Camera equidistant(double focal_sides, const ImageSize& size);
+
 // Fits a fisheye lens (Kannala and Brandt 2006), its principal point and the panel's pose to the
 // corners of one picture, with a robust cost. Its polynomial approximates any radial lens over the
 // angles of a picture. No value for fewer than 24 corners, or if no start converges. `start`, a

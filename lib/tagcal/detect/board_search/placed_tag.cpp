@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
-#include <utility>
 
 #include "tagcal/detect/policy/policy.hpp"
 #include "tagcal/detect/tag_fit/quad.hpp"
@@ -31,6 +30,13 @@ std::vector<const PlacedTag*> nearest_tags(const PlacedTag& tag,
   std::vector<const PlacedTag*> nearest;
   for (std::size_t i = 0; i < count; ++i) nearest.push_back(order[i].second);
   return nearest;
+}
+
+std::vector<PlacedTag*> nearest_first(std::vector<std::pair<double, PlacedTag*>> by_distance) {
+  std::ranges::stable_sort(by_distance, {}, &std::pair<double, PlacedTag*>::first);
+  std::vector<PlacedTag*> result;
+  for (const auto& [distance, tag] : by_distance) result.push_back(tag);
+  return result;
 }
 
 std::optional<PlaneView> PlaneView::about(const PlacedTag& tag,

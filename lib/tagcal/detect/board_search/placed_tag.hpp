@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "tagcal/camera/lens.hpp"
@@ -25,6 +26,9 @@ Quad on_panel(const Tag& tag, const Pose& panel_from_board);
 // The seen tags nearest to another one, nearest first: of those that predict it.
 std::vector<const PlacedTag*> nearest_tags(const PlacedTag& tag,
                                            const std::vector<const PlacedTag*>& seen);
+
+// Tags in the order of their distances from found ones.
+std::vector<PlacedTag*> nearest_first(std::vector<std::pair<double, PlacedTag*>> by_distance);
 
 // The image of a panel's plane about a tag: the homography from the plane to pixels or, if a lens
 // is known, to its rays. The lens must outlive it.

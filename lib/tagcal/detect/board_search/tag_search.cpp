@@ -5,11 +5,13 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 
 #include "tagcal/detect/board_search/board_patterns.hpp"
 #include "tagcal/detect/board_search/fit_under_lens.hpp"
+#include "tagcal/detect/board_search/panel_lens.hpp"
 #include "tagcal/detect/board_search/tag_follower.hpp"
 #include "tagcal/detect/families.hpp"
 #include "tagcal/detect/policy/policy.hpp"
@@ -20,10 +22,8 @@
 namespace tagcal::internal {
 namespace {
 
-// Focal lengths of fisheyes in longer sides of the picture: half fields of view of 95 and 64
-// degrees.
-constexpr double kGuessedFocals[] = {0.3, 0.45};  // numeric: the first two of kPanelFocals
-constexpr double kMaxPartShare = 0.6;  // numeric: a search of a larger part saves no time
+constexpr std::size_t kStrongFisheyes = 2;  // numeric: of kPanelFocals, 95 and 64 degrees
+constexpr double kMaxPartShare = 0.6;       // numeric: a search of a larger part saves no time
 
 // Throws Error for a tag that its family does not have: nobody can see it.
 Wanted wanted_of(const std::vector<const Board*>& boards) {
@@ -150,10 +150,10 @@ void TagSearch::search_scales(const ImageView8& image, SeenTags& seen) {
 
 // Searches a picture that shows nothing for tags that are too large and too bent for AprilTag.
 void TagSearch::search_bent(const ImageView8& image, SeenTags& seen) {
-  for (const double focal : kGuessedFocals) {
+  for (const double focal : std::span(kPanelFocals).first<kStrongFisheyes>()) {
     if (!shows_nothing(seen)) return;
     std::vector<FoundTag> tags;
-    detector_.find_bent(image, focal, tags);
+    detector_.find_bent(image, equidistant(focal, image.size()).lens, tags);
     if (!tags.empty()) complete(image, unique_tags(tags, seen), seen);
   }
 }

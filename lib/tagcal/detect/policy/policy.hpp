@@ -246,10 +246,10 @@ inline constexpr double kPanelTermSd = 0.5;
 // lens. Source: x0.7: nothing; x1.4: errors +0.2 %, squares over claims +0.7 %, +38 beyond 5 sd.
 inline constexpr double kPanelTailSpreads = 3;
 
-// What straight lines leave unexplained of a bent tag, one less the correlation with its pattern,
-// at most, and what a lens may leave of that. Source: in `near_grids` straight lines leave 0.06 and
-// less, of what is read by chance in noise 0.3 to 0.8; a lens leaves 0.5 of that and less, mostly
-// 0.1, and 0.97 of tags that are not bent.
+// A lens is tried if straight lines leave at most this of a tag unexplained (one less its
+// correlation with its pattern), and taken if it leaves at most that share of it. Source: in
+// `near_grids` straight lines leave 0.06 and less, of what is read by chance in noise 0.3 to 0.8; a
+// lens leaves 0.5 of that and less, mostly 0.1, and 0.97 of tags that are not bent.
 inline constexpr double kBentMostUnexplained = 0.3;
 inline constexpr double kBentUnexplainedShare = 0.6;
 

@@ -29,7 +29,7 @@ PictureTerms terms_of_picture(const ImageView8& image, std::vector<TagInPicture>
   for (TagInPicture& tag : printed)
     tag.pattern = &patterns.emplace_back(terms.print.printed(*tag.pattern));
   terms.processing = processing_of_picture(image, printed);
-  terms.print = printed_lines_of_picture(image, tags, terms.processing);
+  terms.print = printed_lines_of_picture(image, tags, terms.processing, terms.print);
   return terms;
 }
 

@@ -78,7 +78,7 @@ class LineEvidence {
       if (sums) cost -= sums->num_pixels * sums->gain(lines - lines_) / sums->squares;
     return cost;
   }
-  // Where the linear model has its minimum.
+  // The lines at the minimum of the linear model.
   VectorXd minimum() const {
     const Eigen::Index n = lines_.size();
     Eigen::MatrixXd information = VectorXd::Constant(n, 1 / (kPriorSd * kPriorSd)).asDiagonal();
@@ -127,15 +127,19 @@ TagPattern PrintedLines::printed(TagPattern pattern) const {
 }
 
 PrintedLines printed_lines_of_picture(const ImageView8& image, std::span<const TagInPicture> tags,
-                                      const CameraProcessing& processing) {
+                                      const CameraProcessing& processing,
+                                      const PrintedLines& start) {
   if (tags.empty()) return {};
   const VectorXd equal = inner_lines(*tags.front().pattern);
-  const LineEvidence few(image, tags.first(std::min(kFewTags, tags.size())), processing, equal,
-                         kFewTagsRowStep);
-  if (few.cost_at(few.minimum()) > -kNoPromise) return {};
+  if (start.is_none()) {
+    const LineEvidence few(image, tags.first(std::min(kFewTags, tags.size())), processing, equal,
+                           kFewTagsRowStep);
+    if (few.cost_at(few.minimum()) > -kNoPromise) return {};
+  }
   const auto some = tags.first(std::min(kManyTags, tags.size()));
   const LineEvidence before(image, some, processing, equal);
-  LineEvidence evidence = before;
+  LineEvidence evidence =
+      start.is_none() ? before : LineEvidence(image, some, processing, start.inner);
   VectorXd lines = evidence.minimum();
   for (int step = 0; step < kMaxLineSteps && evidence.cost_at(lines) < -kLinesSettled; ++step) {
     evidence = LineEvidence(image, some, processing, lines);

@@ -19,8 +19,10 @@ struct PrintedLines {
   TagPattern printed(TagPattern pattern) const;
 };
 
-// Estimates the lines from some tags of a picture. None if equal cells are not clearly worse.
+// Estimates the lines from some tags of a picture, from `start` on. None if equal cells are not
+// clearly worse.
 PrintedLines printed_lines_of_picture(const ImageView8& image, std::span<const TagInPicture> tags,
-                                      const CameraProcessing& processing);
+                                      const CameraProcessing& processing,
+                                      const PrintedLines& start = {});
 
 }  // namespace tagcal::internal
