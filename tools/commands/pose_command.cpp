@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
 
 #include "commands/commands.hpp"
@@ -93,21 +92,6 @@ KnownCamera known_camera(const Arguments& arguments, const Input& input) {
   return known;
 }
 
-bool is_chosen(const Arguments& arguments, const std::string& name) {
-  return arguments.views.empty() || std::ranges::count(arguments.views, name) > 0;
-}
-
-// Keeps the views of --view only, before pictures are read.
-void choose_views(Input& input, const Arguments& arguments) {
-  std::set<std::string> names;
-  for (const ImageSource& source : input.images) names.insert(source.name);
-  for (const View& view : input.dataset.views) names.insert(view.image);
-  for (const std::string& name : arguments.views)
-    if (!names.contains(name)) throw Error(fmt::format("--view: {} has no {}", input.name, name));
-  std::erase_if(input.images, [&](const auto& s) { return !is_chosen(arguments, s.name); });
-  std::erase_if(input.dataset.views, [&](const auto& v) { return !is_chosen(arguments, v.image); });
-}
-
 using TargetPoints = std::map<CornerId, Vector3d>;
 
 // In the frame of a single board, or in the world frame of several.
@@ -143,23 +127,6 @@ Camera camera_of(const PoseReport& report, const std::optional<Camera>& camera,
   if (camera) return *camera;
   const Eigen::Vector2d centre = image_centre(image_size);
   return {pinhole(*report.focal_px, *report.focal_px, centre.x(), centre.y()), image_size};
-}
-
-// Unique file names for the drawings, made from the names of the pictures. Their ending differs, so
-// that no drawing overwrites its picture.
-std::vector<std::string> drawing_names(const std::vector<View>& views) {
-  std::vector<std::string> names;
-  std::set<std::string> used;
-  for (const View& view : views) {
-    std::filesystem::path image = view.image;
-    std::string stem = is_picture_name(image) ? image.replace_extension().string() : view.image;
-    std::ranges::replace_if(
-        stem, [](char c) { return c == '/' || (c >= 0 && c < ' '); }, '_');
-    std::string name = stem + "-pose.png";
-    for (int i = 2; !used.insert(name).second; ++i) name = fmt::format("{}-{}-pose.png", stem, i);
-    names.push_back(name);
-  }
-  return names;
 }
 
 Image8 picture_of(const View& view, const Input& input) {
@@ -278,7 +245,7 @@ int run(const Arguments& arguments) {
       {arguments.camera, arguments.rig, arguments.camera.substr(0, arguments.camera.rfind(':'))});
   if (!arguments.rig.empty()) return run_rig(arguments);
   Input input = read_input(with_out(arguments));
-  choose_views(input, arguments);
+  if (!arguments.views.empty()) choose_views(input, arguments.views);
   const KnownCamera camera = known_camera(arguments, input);
   std::optional<OutputFolder> folder;
   if (!arguments.draw.empty()) folder.emplace(arguments.draw, OutputFolder::Taken::by_any_folder);

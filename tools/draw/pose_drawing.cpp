@@ -1,12 +1,16 @@
 #include "draw/pose_drawing.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <optional>
+#include <set>
 #include <string_view>
 
 #include "draw/canvas.hpp"
+#include "tagcal/io/image_file.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -218,6 +222,21 @@ void set_target(const std::map<CornerId, Vector3d>& points, PoseDrawing& drawing
   }
   for (const auto& [id, outline] : outlines)
     if (outline.size() >= 4) drawing.outlines.push_back(outline);  // not of points
+}
+
+std::vector<std::string> drawing_names(const std::vector<View>& views) {
+  std::vector<std::string> names;
+  std::set<std::string> used;
+  for (const View& view : views) {
+    std::filesystem::path image = view.image;
+    std::string stem = is_picture_name(image) ? image.replace_extension().string() : view.image;
+    std::ranges::replace_if(
+        stem, [](char c) { return c == '/' || (c >= 0 && c < ' '); }, '_');
+    std::string name = stem + "-pose.png";
+    for (int i = 2; !used.insert(name).second; ++i) name = fmt::format("{}-{}-pose.png", stem, i);
+    names.push_back(name);
+  }
+  return names;
 }
 
 ImageRgb draw_pose(const PoseDrawing& drawing, const Image8& picture) {

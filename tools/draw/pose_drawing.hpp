@@ -2,10 +2,12 @@
 
 #include <Eigen/Geometry>
 #include <map>
+#include <string>
 #include <vector>
 
 #include "tagcal/camera/camera.hpp"
 #include "tagcal/estimate/pose.hpp"
+#include "tagcal/scene/dataset.hpp"
 #include "tagcal/scene/image.hpp"
 
 namespace tagcal::tools {
@@ -22,6 +24,10 @@ struct PoseDrawing {
 
 // Sets the box about the points of a target, and the outlines of its tags.
 void set_target(const std::map<CornerId, Eigen::Vector3d>& points, PoseDrawing& drawing);
+
+// Unique file names for the drawings, made from the names of the pictures. Their ending differs, so
+// that no drawing overwrites its picture.
+std::vector<std::string> drawing_names(const std::vector<View>& views);
 
 // Returns the picture, or white if it is empty, with the target's axes (x red, y green, z blue,
 // half as long as the target) and a box on the target towards the camera, half as high as it is

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <map>
 #include <optional>
+#include <set>
 
 #include "job/arguments.hpp"
 #include "job/messages.hpp"
@@ -177,6 +178,19 @@ void check_outputs(const InputArguments& arguments, const Input& input) {
 }
 
 }  // namespace
+
+void choose_views(Input& input, const std::vector<std::string>& names) {
+  std::set<std::string> known;
+  for (const ImageSource& source : input.images) known.insert(source.name);
+  for (const View& view : input.dataset.views) known.insert(view.image);
+  for (const std::string& name : names)
+    if (!known.contains(name)) throw Error(fmt::format("--view: {} has no {}", input.name, name));
+  const auto is_other = [&](const std::string& name) {
+    return std::ranges::count(names, name) == 0;
+  };
+  std::erase_if(input.images, [&](const auto& source) { return is_other(source.name); });
+  std::erase_if(input.dataset.views, [&](const auto& view) { return is_other(view.image); });
+}
 
 std::optional<double> time_of(const Input& input, const std::string& image) {
   const auto time = input.times_s.find(image);

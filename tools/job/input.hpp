@@ -69,6 +69,10 @@ Input read_input(const InputArguments& arguments);
 // The time of a picture or view by its name (Input::times_s), if it has one.
 std::optional<double> time_of(const Input& input, const std::string& image);
 
+// Keeps the pictures and views of these names only (--view). Throws Error for one that there is
+// not.
+void choose_views(Input& input, const std::vector<std::string>& names);
+
 // The input of pictures that were read before, with their boards.
 Input input_of(const std::string& name, const Dataset& dataset,
                const std::vector<std::filesystem::path>& pictures);
