@@ -76,6 +76,12 @@ TEST_F(Cli, MessagesNameTheFileOrOptionThatIsWrong) {
   expect_bad_input("detect " + set + " --family tag36h11",
                    {"set: is a data set: name its folder of pictures"});
   expect_bad_input("view " + set + "/images", {"has pictures, but no dataset.yaml\n"});
+  fs::create_directory(root() / "own");
+  fs::copy_file(root() / "set/images/000.png", root() / "own/000.png");
+  expect_bad_input("calibrate " + path("own"), {"need their board, --target T.yaml)"});
+  fs::copy_file(root() / "set/target.yaml", root() / "own/target.yaml");
+  expect_bad_input("calibrate " + path("own"),
+                   {"need their board, --target " + path("own/target.yaml") + ")"});
   fs::create_directory(root() / "bags");
   spill(root() / "bags/run.bag", "#ROSBAG V2.0\nop=3");
   for (const std::string command : {"calibrate ", "detect ", "pose --unknown-focal "})

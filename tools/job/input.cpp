@@ -118,8 +118,12 @@ Input read_pictures(const InputArguments& arguments) {
 // Throws Error, with what to do, if the input is not one folder of a data set.
 void check_dataset_folder(const InputArguments& arguments) {
   const std::string& folder = arguments.inputs.front();
-  const char* const advice =
-      arguments.takes_pictures ? " (pictures need their board, --target T.yaml)" : "";
+  const fs::path beside = fs::path(folder) / "target.yaml";
+  const std::string advice =
+      arguments.takes_pictures
+          ? fmt::format(" (pictures need their board, --target {})",
+                        fs::exists(beside) ? beside.lexically_normal().string() : "T.yaml")
+          : "";
   if (arguments.inputs.size() > 1) {
     throw Error(fmt::format("{}: only one DATASET is possible{}", arguments.inputs[1], advice));
   }
