@@ -74,15 +74,17 @@ double shorter_side(const Matrix3d& h) {
   return std::min(side({kDelta, 0, 1}), side({0, kDelta, 1})) / kDelta;
 }
 
+CheckerCorner corner_of(const CornerFit& fit) { return {fit.corner, fit.covariance_px2}; }
+
 }  // namespace
 
 CheckerFitter::CheckerFitter(const ImageView8& image, const CheckerPrint& print,
                              const Camera* camera)
     : image_(image), print_(print), camera_(camera) {}
 
-std::optional<CheckerCorner> CheckerFitter::fit_one(const CheckerCell& cell,
-                                                    const std::vector<CheckerPlace>& known,
-                                                    TagFitOptions options) const {
+std::optional<CornerFit> CheckerFitter::fit_one(const CheckerCell& cell,
+                                                const std::vector<CheckerPlace>& known,
+                                                TagFitOptions options) const {
   const auto local = local_homography(cell, known);
   if (!local) return std::nullopt;
   const Matrix3d& h = local->pixel_from_board;
@@ -96,9 +98,30 @@ std::optional<CheckerCorner> CheckerFitter::fit_one(const CheckerCell& cell,
                                         with_usual_priors(options, image_.size()));
     if (fit.status != TagFitStatus::converged) continue;
     if ((fit.corner - start).norm() > policy::kMaxMoveShare * side) continue;
-    return CheckerCorner{fit.corner, fit.covariance_px2};
+    return fit;
   }
   return std::nullopt;
+}
+
+CameraProcessing CheckerFitter::processing_of(const CheckerCorners& corners,
+                                              const std::vector<CheckerPlace>& places) const {
+  std::vector<std::pair<double, CheckerCell>> order;
+  for (const auto& [cell, corner] : corners)
+    if (const auto local = local_homography(cell, places))
+      order.emplace_back(order_of_part(2 * shorter_side(local->pixel_from_board)), cell);
+  std::ranges::sort(order);
+  std::vector<PatternPart> parts;
+  for (const auto& [place, cell] : order)
+    parts.push_back([&, cell = cell](const CameraProcessing& processing, int row_step) {
+      const auto fit = fit_one(cell, places,
+                               {.camera = camera_,
+                                .row_step = row_step,
+                                .is_near = true,
+                                .gamma = processing.gamma,
+                                .sharpen = processing.sharpen});
+      return fit ? PatternFit(*fit) : PatternFit();
+    });
+  return processing_of_parts(parts);
 }
 
 CheckerCorners CheckerFitter::fit(const std::vector<CheckerPlace>& known) const {
@@ -122,8 +145,8 @@ CheckerCorners CheckerFitter::fit(const std::vector<CheckerPlace>& known) const 
         options.is_near = false;
         if (!corner) corner = fit_one(cell, places, options);
         if (!corner) continue;
-        corners[cell] = *corner;
-        found.push_back({on_board(cell), corner->at});
+        corners[cell] = corner_of(*corner);
+        found.push_back({on_board(cell), corner->corner});
       }
     }
     for (const CheckerPlace& place : found) {
@@ -142,11 +165,14 @@ CheckerCorners CheckerFitter::fit(const std::vector<CheckerPlace>& known) const 
 int CheckerFitter::fit_again(CheckerCorners& corners) const {
   std::vector<CheckerPlace> places;
   for (const auto& [cell, corner] : corners) places.push_back({on_board(cell), corner.at});
+  const CameraProcessing processing = processing_of(corners, places);
   int count = 0;
   for (auto& [cell, corner] : corners) {
-    const auto fitted = fit_one(cell, places, {.camera = camera_});
+    const auto fitted =
+        fit_one(cell, places,
+                {.camera = camera_, .gamma = processing.gamma, .sharpen = processing.sharpen});
     if (!fitted) continue;
-    corner = *fitted;
+    corner = corner_of(*fitted);
     ++count;
   }
   return count;
@@ -159,14 +185,19 @@ void CheckerFitter::fit_under_lens(CheckerCorners& corners) const {
     on_panel.push_back({on_board(cell), corner.at, std::sqrt(corner.covariance_px2.trace() / 2)});
     places.push_back({on_board(cell), corner.at});
   }
-  TagFitOptions options{.camera = camera_, .is_near = true};
+  const CameraProcessing processing = processing_of(corners, places);
+  TagFitOptions options{
+      .camera = camera_, .is_near = true, .gamma = processing.gamma, .sharpen = processing.sharpen};
   const auto lens = camera_ ? std::nullopt : lens_of_panel(on_panel, image_.size());
   if (lens && lens->spread <= policy::kPanelTailSpreads) options.camera = &lens->camera;
   CheckerCorners all;
   for (const auto& [cell, corner] : corners) {
     auto fitted = fit_one(cell, places, options);
-    if (!fitted) fitted = fit_one(cell, places, {.camera = camera_});
-    if (fitted) all[cell] = *fitted;
+    if (!fitted)
+      fitted =
+          fit_one(cell, places,
+                  {.camera = camera_, .gamma = processing.gamma, .sharpen = processing.sharpen});
+    if (fitted) all[cell] = corner_of(*fitted);
   }
   corners = std::move(all);
 }

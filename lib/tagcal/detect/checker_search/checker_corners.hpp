@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tagcal/detect/checker_search/checker_print.hpp"
+#include "tagcal/detect/tag_fit/picture_processing.hpp"
 #include "tagcal/scene/dataset.hpp"
 
 // Private to detect: the corners of one checkerboard in one picture.
@@ -33,8 +34,9 @@ class CheckerFitter {
   // fit_under_lens() completes.
   CheckerCorners fit(const std::vector<CheckerPlace>& known) const;
 
-  // Fits the corners again, under the camera or the lens that they show together, if they determine
-  // it: bends are not estimated from each corner then. Removes those whose fits fail.
+  // Fits the corners again, with the processing of the picture and under the camera or the lens
+  // that they show together, if they determine it: bends are not estimated from each corner then.
+  // Removes those whose fits fail.
   void fit_under_lens(CheckerCorners& corners) const;
 
   // Removes the corners that the lens of all does not explain. False if they do not determine one.
@@ -44,9 +46,10 @@ class CheckerFitter {
   int fit_again(CheckerCorners& corners) const;
 
  private:
-  std::optional<CheckerCorner> fit_one(const CheckerCell& cell,
-                                       const std::vector<CheckerPlace>& known,
-                                       TagFitOptions options) const;
+  std::optional<CornerFit> fit_one(const CheckerCell& cell, const std::vector<CheckerPlace>& known,
+                                   TagFitOptions options) const;
+  CameraProcessing processing_of(const CheckerCorners& corners,
+                                 const std::vector<CheckerPlace>& places) const;
 
   const ImageView8& image_;
   const CheckerPrint& print_;

@@ -18,108 +18,98 @@ namespace {
 using Eigen::Vector2d;
 using namespace policy;
 
-constexpr double kStep = 0.35;        // numeric: of the search, of the logarithm
-constexpr double kNarrow = 0.3;       // numeric: a narrower parabola around its minimum
-constexpr int kEnoughPixels = 5000;   // for an estimate of sharpening, as a limit of work
-constexpr int kFewPixels = 2000;      // to see whether there is any, as a limit of work
-constexpr int kMostRowStep = 6;       // of a large tag's rows, as a limit of work
-constexpr std::size_t kMostTags = 8;  // for an estimate of sharpening, as a limit of work
+constexpr double kStep = 0.35;         // numeric: of the search, of the logarithm
+constexpr double kNarrow = 0.3;        // numeric: a narrower parabola around its minimum
+constexpr int kEnoughPixels = 5000;    // for an estimate of sharpening, as a limit of work
+constexpr int kFewPixels = 2000;       // to see whether there is any, as a limit of work
+constexpr int kMostRowStep = 6;        // of a large tag's rows, as a limit of work
+constexpr std::size_t kMostParts = 8;  // for an estimate of sharpening, as a limit of work
+constexpr double kLargeSidePx = 45;    // of a pattern that is large enough, as a limit of work
 
 constexpr Sharpen kNoSharpen = {0, 1};
 
-// Minus twice the log-likelihood of tags' pixels.
+// Minus twice the log-likelihood of the pixels of patterns.
 class ProcessingCost {
  public:
-  explicit ProcessingCost(const ImageView8& image) : image_(image) {}
-
-  std::size_t num_tags() const { return tags_.size(); }
+  std::size_t num_parts() const { return parts_.size(); }
   int num_pixels() const {
     int sum = 0;
-    for (const UsedTag& used : tags_) sum += used.num_pixels;
+    for (const UsedPart& used : parts_) sum += used.num_pixels;
     return sum;
   }
   // Residuals are as large as those of strong overshoot.
   bool is_noisy() const {
-    const TagFit& fit = tags_.front().fit;
+    const PatternFit& fit = parts_.front().fit;
     return fit.noise_levels > kSharpenNoisyShare * (fit.white - fit.black);
   }
 
-  // Tags that cannot be fitted without processing are not used.
-  void add(const TagInPicture& tag) {
-    UsedTag used{tag};
-    const auto fit = fit_with(used, {});
-    if (!fit) return;
-    used.fit = *fit;
-    used.num_pixels = fit->num_pixels;
-    used.without = cost_of(used, *fit);
-    tags_.push_back(used);
+  // Patterns that cannot be fitted without processing are not used. They must outlive it.
+  void add(const PatternPart& part) {
+    UsedPart used{&part};
+    used.fit = part({}, 1);
+    if (used.fit.status != TagFitStatus::converged) return;
+    used.num_pixels = used.fit.num_pixels;
+    used.without = cost_of(used, used.fit);
+    parts_.push_back(used);
   }
 
-  bool has_enough() const { return num_pixels() >= kEnoughPixels || num_tags() >= kMostTags; }
+  bool has_enough() const { return num_pixels() >= kEnoughPixels || num_parts() >= kMostParts; }
 
-  // The first tags that have enough pixels, with every few rows of large ones.
+  // The first patterns that have enough pixels, with every few rows of large ones.
   ProcessingCost sample() const {
-    ProcessingCost result(image_);
-    for (UsedTag used : tags_) {
+    ProcessingCost result;
+    for (UsedPart used : parts_) {
       if (result.has_enough()) break;
       result.add(used, kEnoughPixels);
     }
     return result;
   }
-  // Few rows of the first tag.
+  // Few rows of the first pattern.
   ProcessingCost small_sample() const {
-    ProcessingCost result(image_);
-    result.add(tags_.front(), kFewPixels);
+    ProcessingCost result;
+    result.add(parts_.front(), kFewPixels);
     return result;
   }
 
-  // No value if a tag cannot be fitted.
+  // No value if a pattern cannot be fitted.
   std::optional<double> at(const CameraProcessing& processing) const {
     const double gain = mean_log_gain(processing.sharpen);
     double sum = 0;
-    for (const UsedTag& used : tags_) {
-      const bool is_known = processing.is_none() && used.row_step == 1;
-      const auto fit = is_known ? std::nullopt : fit_with(used, processing);
-      if (!fit && !is_known) return std::nullopt;
+    for (const UsedPart& used : parts_) {
+      if (processing.is_none() && used.row_step == 1) {
+        sum += used.without;
+        continue;
+      }
+      const PatternFit fit = (*used.part)(processing, used.row_step);
+      if (fit.status != TagFitStatus::converged) return std::nullopt;
       // The fit's parameters take residuals of low frequencies, which sharpening does not change.
       const double n = used.num_pixels, free = n - tag_parameter::kCount;
-      sum += fit ? cost_of(used, *fit) + 2 * n * gain * n / free : used.without;
+      sum += cost_of(used, fit) + 2 * n * gain * n / free;
     }
     return sum;
   }
 
  private:
-  struct UsedTag {
-    TagInPicture tag;
+  struct UsedPart {
+    const PatternPart* part;
     int row_step = 1;
     // The fit without processing:
-    TagFit fit;
+    PatternFit fit;
     int num_pixels = 0;  // of it, or of the rows that are used
     double without = 0;  // cost
   };
 
-  void add(UsedTag used, int enough_pixels) {
+  void add(UsedPart used, int enough_pixels) {
     used.row_step = std::clamp(used.num_pixels / enough_pixels, 1, kMostRowStep);
     used.num_pixels /= used.row_step;
-    tags_.push_back(used);
+    parts_.push_back(used);
   }
 
-  static double cost_of(const UsedTag& used, const TagFit& fit) {
+  static double cost_of(const UsedPart& used, const PatternFit& fit) {
     return 2 * used.num_pixels * std::log(fit.noise_levels);
   }
 
-  std::optional<TagFit> fit_with(const UsedTag& used, const CameraProcessing& processing) const {
-    return fit_known_tag(image_, *used.tag.pattern, used.tag.corners,
-                         {.camera = used.tag.camera,
-                          .is_rough = used.tag.is_rough,
-                          .is_whole = true,
-                          .row_step = used.row_step,
-                          .gamma = processing.gamma,
-                          .sharpen = processing.sharpen});
-  }
-
-  ImageView8 image_;
-  std::vector<UsedTag> tags_;
+  std::vector<UsedPart> parts_;
 };
 
 // Minimum of the parabola through the values at x - step, x and x + step.
@@ -267,16 +257,36 @@ CameraProcessing with_sharpening(const ProcessingCost& costs, double gamma) {
 
 }  // namespace
 
-CameraProcessing processing_of_picture(const ImageView8& image,
-                                       const std::vector<TagInPicture>& tags) {
-  ProcessingCost costs(image);
-  auto next = tags.begin();
-  for (; next != tags.end() && costs.num_tags() < kTagGammaTags; ++next) costs.add(*next);
-  if (costs.num_tags() == 0) return {};
+CameraProcessing processing_of_parts(const std::vector<PatternPart>& parts) {
+  ProcessingCost costs;
+  auto next = parts.begin();
+  for (; next != parts.end() && costs.num_parts() < kTagGammaTags; ++next) costs.add(*next);
+  if (costs.num_parts() == 0) return {};
   const double gamma = gamma_of_picture(costs, kNoSharpen);
   if (!SharpenSearch{costs.small_sample()}.is_promising(gamma)) return {gamma, kNoSharpen};
-  for (; next != tags.end() && !costs.has_enough(); ++next) costs.add(*next);
+  for (; next != parts.end() && !costs.has_enough(); ++next) costs.add(*next);
   return with_sharpening(costs.sample(), gamma);
+}
+
+CameraProcessing processing_of_picture(const ImageView8& image,
+                                       const std::vector<TagInPicture>& tags) {
+  std::vector<PatternPart> parts;
+  for (const TagInPicture& tag : tags)
+    parts.push_back([&](const CameraProcessing& processing, int row_step) {
+      const auto fit = fit_known_tag(image, *tag.pattern, tag.corners,
+                                     {.camera = tag.camera,
+                                      .is_rough = tag.is_rough,
+                                      .is_whole = true,
+                                      .row_step = row_step,
+                                      .gamma = processing.gamma,
+                                      .sharpen = processing.sharpen});
+      return fit ? PatternFit(*fit) : PatternFit();
+    });
+  return processing_of_parts(parts);
+}
+
+double order_of_part(double side_px) {
+  return side_px >= kLargeSidePx ? side_px : 1e9 - side_px;  // numeric: after all large ones
 }
 
 }  // namespace tagcal::internal

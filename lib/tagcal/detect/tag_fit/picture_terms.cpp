@@ -7,18 +7,10 @@
 #include "tagcal/detect/tag_fit/known_tag.hpp"
 
 namespace tagcal::internal {
-namespace {
-
-constexpr double kLargeSidePx = 45;  // of a tag that is large enough, as a limit of work
-
-}  // namespace
 
 PictureTerms terms_of_picture(const ImageView8& image, std::vector<TagInPicture> tags) {
-  // First the smallest of the large tags, which cost least, then the largest of the others.
-  std::ranges::stable_sort(tags, {}, [](const TagInPicture& tag) {
-    const double side = shortest_side(tag.corners);
-    return side >= kLargeSidePx ? side : 1e9 - side;
-  });
+  std::ranges::stable_sort(
+      tags, {}, [](const TagInPicture& tag) { return order_of_part(shortest_side(tag.corners)); });
   PictureTerms terms;
   terms.processing = processing_of_picture(image, tags);
   terms.print = printed_lines_of_picture(image, tags, terms.processing);
