@@ -92,10 +92,11 @@ void bind_step(py::module_& m) {
 void bind_halves(py::module_& m) {
   Record<HalvesCheck>(m, "HalvesCheck",
                       "Cross-validation: the lenses of two halves of the views, compared.")
+      .field("distance_m", &HalvesCheck::distance_m, "At which they differ most; or infinity.")
       .field("difference_px", &HalvesCheck::difference_px,
              "Of their projections, less a motion of the camera: RMS per coordinate.")
       .field("predicted_px", &HalvesCheck::predicted_px, "Its standard deviation.")
-      .field("ratio", &HalvesCheck::ratio, "difference_px / predicted_px.")
+      .field("ratio", &HalvesCheck::ratio, "difference_px / predicted_px, or of all parameters.")
       .field("disagree", &HalvesCheck::disagree,
              "True if the ratio exceeds 2, and chi-square of the parameters p = 0.001.")
       .field(

@@ -123,5 +123,16 @@ TEST_F(CliOutputs, TheFileOfStdoutIsWrittenTo) {
   EXPECT_FALSE(fs::exists("/dev/stdout.corners-cache"));
 }
 
+// The link /dev/stdout then names no path.
+TEST_F(CliOutputs, APipeIsWrittenTo) {
+  const std::string csv = slurp(corners()), file = path("piped.txt");
+  for (const std::string out : {"-", "/dev/stdout"}) {
+    const std::string line =
+        program() + " detect " + path("set") + " --out " + out + " 2>/dev/null | cat > " + file;
+    ASSERT_EQ(std::system(line.c_str()), 0);
+    EXPECT_EQ(slurp(file), csv) << out;
+  }
+}
+
 }  // namespace
 }  // namespace tagcal::tools

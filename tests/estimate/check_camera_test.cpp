@@ -258,5 +258,18 @@ TEST(CheckRig, TellsWhichCameraMoved) {
   EXPECT_GE(right, 0.9 * num_rigs);
 }
 
+// Pictures of other instants: no rig explains them, and the free one is no measure.
+TEST(CheckRig, RefusesPicturesOfOtherInstants) {
+  CheckedRig rig = checked_rig(540, 2, 8);
+  std::vector<View>& views = rig.now.cameras[1].data.views;
+  for (std::size_t v = 1; v < views.size(); ++v)
+    std::swap(views[v - 1].observations, views[v].observations);
+  const CameraCheck check = check_rig(rig.now, rig.known);
+  EXPECT_EQ(check.verdict, CheckVerdict::cannot_tell);
+  EXPECT_FALSE(check.change);
+  EXPECT_TRUE(std::ranges::any_of(check.findings,
+                                  [](const Finding& f) { return f.code == "pair_contradicts"; }));
+}
+
 }  // namespace
 }  // namespace tagcal

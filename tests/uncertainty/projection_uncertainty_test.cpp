@@ -135,6 +135,13 @@ TEST(DifferenceTest, ScoresOfDrawnLensesAreNormal) {
   EXPECT_NEAR(squares / kDraws, 1, 0.25);
   EXPECT_NEAR(ratio / kDraws, 1, 0.15);
   EXPECT_GT(score(drawn(sigma_a, random), drawn(sigma_b, random, 10)).in_sigmas, 5);
+  // A principal point 9 sds off, beside a focal length that is known badly.
+  const std::array<double, 4> sigma_f = {5, 0.8, 0.8, 0.001};
+  UncertainCamera moved = drawn(sigma_f, random);
+  std::vector<double> off = model.free_values(moved.camera.lens);
+  off[2] += 10;
+  moved.camera.lens = *model.lens(off, kSize);
+  EXPECT_GT(score(drawn(sigma_a, random), moved).in_sigmas, 4);
   // The smallest change that it states is found 98 times of 100, less two standard deviations.
   int found = 0, alarms = 0;
   for (int i = 0; i < kDraws; ++i) {

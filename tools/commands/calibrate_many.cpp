@@ -88,7 +88,7 @@ Row row_of(const std::string& name, const CalibrationAnswer& answer) {
           known ? fixed(c.rms_px, 4) : "-",
           std::to_string(c.views.size()),
           std::to_string(c.outliers.size()),
-          std::to_string(c.findings.size()),
+          std::to_string(std::ranges::count(c.findings, Severity::warning, &Finding::severity)),
           fixed(answer.seconds.total, 2)};
 }
 

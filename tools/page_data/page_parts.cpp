@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <string_view>
 
+#include "draw/uncertainty_picture.hpp"
 #include "job/command_line.hpp"
 #include "job/shown_parameters.hpp"
 #include "job/terminal.hpp"
@@ -169,10 +170,11 @@ PageJson halves_json(const std::optional<HalvesCheck>& halves) {
   return {{"ratio", significant(halves->ratio)},
           {"disagree", halves->disagree},
           {"sentence",
-           fmt::format("Cross-check: {} {}; their projections differ by {} px, {:.2f} of what "
-                       "noise explains.",
+           fmt::format("Cross-check: {} {}; their projections differ by {} px at {}; the lenses "
+                       "by at most {:.2f} of what noise explains.",
                        halves_text(*halves), halves->disagree ? "disagree" : "agree",
-                       two_digits(halves->difference_px), halves->ratio)}};
+                       two_digits(halves->difference_px), distance_text(halves->distance_m),
+                       halves->ratio)}};
 }
 
 }  // namespace tagcal::tools

@@ -71,6 +71,8 @@ Json projection_json(const Calibration& calibration) {
 Json halves_json(const std::optional<HalvesCheck>& halves) {
   if (!halves) return nullptr;
   return {{"source", halves->source.empty() ? Json() : Json(halves->source)},
+          {"distance_m",
+           std::isfinite(halves->distance_m) ? Json(halves->distance_m) : Json("infinity")},
           {"difference_px", halves->difference_px},
           {"predicted_px", halves->predicted_px},
           {"ratio", halves->ratio},

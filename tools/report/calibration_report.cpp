@@ -14,6 +14,7 @@
 #include "job/warning_groups.hpp"
 #include "report/dropped_corners.hpp"
 #include "report/findings.hpp"
+#include "tagcal/estimate/findings.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -191,8 +192,8 @@ std::string_view noise_source(const Calibration& calibration) {
 std::string selection_text(const std::optional<ViewSelection>& selection) {
   if (!selection) return "";
   std::string text = fmt::format(
-      "selected   {} views; the projection's sd at infinity (RMS over the image) after each:\n",
-      selection->views.size());
+      "selected   {}; the projection's sd at infinity (RMS over the image) after each:\n",
+      counted(selection->views.size(), "view"));
   double before = std::numeric_limits<double>::infinity();
   for (const SelectedView& view : selection->views) {
     const double now = view.projection_px;
@@ -240,10 +241,20 @@ std::string halves_text(const HalvesCheck& halves) {
              : fmt::format("the pictures of {} and the other pictures", halves.source);
 }
 
+namespace {
+
+bool has_finding(const std::vector<Finding>& findings, const FindingCode& code) {
+  return std::ranges::find(findings, code.name, &Finding::code) != findings.end();
+}
+
+}  // namespace
+
 std::string noise_sentence(const Calibration& calibration) {
   if (!calibration.sigma_of_corners)
     return fmt::format("{} px per coordinate ({})", two_digits(calibration.sigma_px),
                        noise_source(calibration));
+  if (has_finding(calibration.findings, code::noise_understated) && calibration.model_error_px == 0)
+    return "each corner's own covariance, which the residuals exceed";
   if (calibration.model_error_px == 0)
     return "each corner's own covariance, which explains the residuals";
   return fmt::format(

@@ -115,7 +115,7 @@ Json rig_pair_json(const RigCalibration& rig, const RigPair& pair) {
           {"covariance", matrix_json(pair.covariance)},
           {"baseline_m", pair.baseline_m},
           {"sigma_baseline_m", pair.sigma_baseline_m},
-          {"disagreement_sd", pair.disagreement},
+          {"disagreement_sd", rig.cameras.size() > 2 ? Json(pair.disagreement) : Json()},
           {"epipolar_px", pair.epipolar_px},
           {"depths", depths}};
 }

@@ -101,6 +101,13 @@ CameraCheck check_rig(const RigDataset& dataset, const KnownRig& known,
   }
   check.cameras = fit->cameras;
   report_limits(*fit, known, check);
+  for (std::size_t c = 0; c < fit->strain.size(); ++c)
+    if (fit->strain[c] > policy::kStrainedCheck)
+      add(check.findings, code::pair_contradicts,
+          fmt::format("the rig moves the corners of {} by {:.1f} times what its lens leaves: its "
+                      "pictures were taken at other times than those of the others",
+                      fit->cameras[c].name, fit->strain[c]));
+  if (has(check, code::pair_contradicts)) return check;
   const auto information = rig_information(fit->state, RigLayout(fit->state, fit->connected));
   if (!information) {
     add(check.findings, code::degenerate, "the corners of a picture do not determine its pose");

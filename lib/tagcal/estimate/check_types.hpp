@@ -76,9 +76,11 @@ struct CheckedCamera {
   std::string name;
   int num_views = 0;  // that take part
   int num_corners = 0;
-  double sigma_px = 0;      // noise per coordinate that the residuals of the free camera show
-  double rms_px = 0;        // of the residuals, with the camera free
-  double known_rms_px = 0;  // with the camera as it was calibrated, and the poses free
+  double sigma_px = 0;  // noise per coordinate that the residuals of the free camera show
+  // RMS of the residuals, each picture with its own pose: with the free camera, and with the camera
+  // as it was calibrated.
+  double rms_px = 0;
+  double known_rms_px = 0;
 };
 
 struct CameraCheck {

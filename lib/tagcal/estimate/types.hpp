@@ -197,11 +197,15 @@ struct ModelStep {
 // do the pictures of two cameras.
 struct HalvesCheck {
   std::string source;  // the views of this source, and the rest; "": every other view, and the rest
-  // Difference of their projections less a motion of the camera, RMS over samples, per coordinate.
+  // Difference of their projections less a motion of the camera, RMS over samples, per coordinate,
+  // at infinity or at the median distance of the corners: where it is larger beside its sd.
+  double distance_m = 0;
   double difference_px = 0;
   double predicted_px = 0;  // its standard deviation
-  double ratio = 0;         // difference_px / predicted_px
-  bool disagree = false;    // ratio > 2, and chi-square of the parameters beyond p = 0.001
+  // difference_px / predicted_px, or the same of all parameters (the root of chi-square over its
+  // degrees of freedom), if that is larger.
+  double ratio = 0;
+  bool disagree = false;  // ratio > 2, and chi-square of the parameters beyond p = 0.001
 };
 
 // How the board differs from its file. A point at (x, y), with x' and y' from -1 to 1 over the

@@ -1,5 +1,6 @@
 #include "tagcal/internal/text.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 
@@ -22,6 +23,13 @@ std::string with_digits(double value, int significant_digits) {
 
 std::string with_decimals(double value, int decimals) {
   return printed(value, std::chars_format::fixed, decimals);
+}
+
+std::string with_sigma(double value, double sigma) {
+  const bool is_known = std::isfinite(value) && std::isfinite(sigma) && sigma > 0;
+  if (!is_known) return with_digits(value, 2) + " +- " + with_digits(sigma, 2);
+  const int decimals = std::max(0, 1 - static_cast<int>(std::floor(std::log10(sigma))));
+  return with_decimals(value, decimals) + " +- " + with_decimals(sigma, decimals);
 }
 
 std::string short_number(double value) { return with_digits(value, 6); }

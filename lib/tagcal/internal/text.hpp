@@ -11,6 +11,8 @@ namespace tagcal::internal {
 std::string with_digits(double value, int significant_digits);
 std::string with_decimals(double value, int decimals);
 std::string short_number(double value);  // %g: six digits at most
+// "184 +- 36": both to the place of the second digit of the standard deviation.
+std::string with_sigma(double value, double sigma);
 
 std::string percent(double share);                       // "12 %", "more than 1000 %"
 std::string listed(std::span<const std::string> names);  // "a, b and c"

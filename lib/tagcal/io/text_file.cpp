@@ -223,14 +223,13 @@ bool is_stream(const std::filesystem::path& file) {
 
 void write_whole(const std::filesystem::path& file, std::string_view content) {
   if (file.filename().empty()) throw Error(file.string() + ": cannot write: names no file");
-  const std::filesystem::path end = behind_links(file);
   struct stat status {};
-  const bool exists = ::stat(end.c_str(), &status) == 0;
+  const bool exists = ::stat(file.c_str(), &status) == 0;
   if (!exists && errno == ELOOP) fail(file, "cannot write", ELOOP);
   if (exists && S_ISDIR(status.st_mode)) {
     throw Error(file.string() + ": cannot write: is a folder");
   }
-  // A device or a pipe (/dev/stdout) must not be replaced by a file.
+  // A device or a pipe (/dev/stdout, whose link names no path then) must not be replaced by a file.
   if (exists && !S_ISREG(status.st_mode))
     return write_special(file, content, S_ISFIFO(status.st_mode));
   // Nor what the program prints by the file of its answer (--out /dev/stdout > file).
@@ -238,6 +237,7 @@ void write_whole(const std::filesystem::path& file, std::string_view content) {
     (void)std::fflush(stream == STDOUT_FILENO ? stdout : stderr);
     return write_all(OpenFile(::dup(stream)), content, file);
   }
+  const std::filesystem::path end = behind_links(file);
   if (exists && ::access(end.c_str(), W_OK) != 0) fail(file, "cannot write", errno);
 
   TemporaryFile temporary(end);

@@ -1,6 +1,7 @@
 #include "tagcal/uncertainty/lens_difference.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -197,10 +198,56 @@ Eigen::MatrixXd effect(const UncertainCamera& known, std::span<const Vector2d> s
   return aligned_jacobian(known, samples, distance_m) * root;
 }
 
-// The largest displacement of a sample over the RMS of all, by a change of the focal length or of
-// the principal point. Infinite if the lens is exact or has neither.
-double peak_of_changes(const UncertainCamera& known, std::span<const Vector2d> samples,
-                       double distance_m) {
+// Squares of differences at samples, in the principal directions of their covariance M = B B'.
+class DirectionSquares {
+ public:
+  // Directions with less than a share of the whole variance count less.
+  DirectionSquares(const Eigen::MatrixXd& roots, double share) : roots_(roots) {
+    const Eigen::MatrixXd gram = roots.transpose() * roots;
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(gram);
+    const double least = share * gram.trace();
+    weights_ = VectorXd::Zero(gram.rows());
+    vectors_ = eigen.eigenvectors();
+    constexpr double kRounding = 1e-12;  // numeric: of eigenvalues, relative to their sum
+    for (Eigen::Index i = 0; i < gram.rows(); ++i) {
+      const double variance = eigen.eigenvalues()[i];
+      if (!(variance > kRounding * gram.trace())) continue;
+      sum_ += variance / (variance + least);
+      squares_ += std::pow(variance / (variance + least), 2);
+      weights_[i] = 1 / (variance * (variance + least));
+    }
+  }
+
+  double mean() const { return sum_; }                       // E T
+  double freedom() const { return sum_ * sum_ / squares_; }  // nu
+  double at(const VectorXd& difference) const {              // T
+    return weights_.dot((vectors_.transpose() * (roots_.transpose() * difference)).cwiseAbs2());
+  }
+
+ private:
+  const Eigen::MatrixXd& roots_;
+  Eigen::MatrixXd vectors_;
+  VectorXd weights_;
+  double sum_ = 0, squares_ = 0;
+};
+
+// The differences of lens b from lens a at samples, after the motion of the camera. Zero where
+// there is none.
+VectorXd differences(const Lens& a, const Lens& b, std::span<const Vector2d> samples,
+                     const LensDifference& difference) {
+  VectorXd result = VectorXd::Zero(2 * static_cast<Eigen::Index>(samples.size()));
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const auto point = point_at(a, samples[i], difference.distance_m);
+    const auto pixel = point ? project(b, difference.b_from_a * *point) : std::nullopt;
+    if (pixel) result.segment<2>(2 * static_cast<Eigen::Index>(i)) = *pixel - samples[i];
+  }
+  return result;
+}
+
+// The largest displacement of a sample by the change of the focal length or of the principal point
+// of a lens that adds `needed` to T. Infinite if the lens is exact or has neither.
+double shown_change(const UncertainCamera& known, std::span<const Vector2d> samples,
+                    double distance_m, const DirectionSquares& squares, double needed) {
   if (is_exact(known)) return kInfinitelyFar;
   const Model& model = *known.model;
   const Eigen::MatrixXd rows = aligned_jacobian(known, samples, distance_m);
@@ -219,9 +266,7 @@ double peak_of_changes(const UncertainCamera& known, std::span<const Vector2d> s
     double peak = 0;
     for (Eigen::Index i = 0; i + 1 < change.size(); i += 2)
       peak = std::max(peak, change.segment<2>(i).norm());
-    if (peak > 0)
-      most = std::max(most,
-                      peak / (change.norm() * std::sqrt(2.0 / static_cast<double>(change.size()))));
+    if (peak > 0) most = std::max(most, peak * std::sqrt(needed / squares.at(change)));
   }
   return most > 0 ? most : kInfinitelyFar;
 }
@@ -242,18 +287,21 @@ std::optional<DifferenceTest> difference_test(const UncertainCamera& a, const Un
   if (of_a.rows() != of_b.rows()) return std::nullopt;
   Eigen::MatrixXd both(of_a.rows(), of_a.cols() + of_b.cols());
   both << of_a, of_b;
-  const Eigen::MatrixXd gram = both.transpose() * both;
-  const double mean = gram.trace() / static_cast<double>(common.size());
+  const double mean = both.squaredNorm() / static_cast<double>(common.size());
   if (!(mean > 0)) return std::nullopt;
-  const double freedom = gram.trace() * gram.trace() / gram.squaredNorm();
+  const bool is_one_kind = is_exact(a) || is_exact(b) || &a.model->kind() == &b.model->kind();
+  const DirectionSquares squares(both, is_one_kind ? policy::kNegligibleShare : 1);
+  const double freedom = squares.freedom();
   // The cube root of chi-square over its degrees of freedom is nearly normal.
   const double variance = 2 / (9 * freedom);
-  const double ratio = difference.rms_px * difference.rms_px / mean;
-  const double needed = noncentrality(freedom, policy::kCheckQuantile, policy::kCheckQuantile);
-  const double peak = std::min(peak_of_changes(a, common, difference.distance_m),
-                               peak_of_changes(b, common, difference.distance_m));
+  const double ratio =
+      squares.at(differences(a.camera.lens, b.camera.lens, common, difference)) / squares.mean();
+  const double needed = noncentrality(freedom, policy::kCheckQuantile, policy::kCheckQuantile) *
+                        squares.mean() / freedom;
+  const double distance = difference.distance_m;
   return DifferenceTest{std::sqrt(mean), (std::cbrt(ratio) - (1 - variance)) / std::sqrt(variance),
-                        peak * std::sqrt(needed * mean / freedom)};
+                        std::min(shown_change(a, common, distance, squares, needed),
+                                 shown_change(b, common, distance, squares, needed))};
 }
 
 }  // namespace tagcal

@@ -58,13 +58,17 @@ struct DifferenceTest {
   double smallest_px = 0;
 };
 
-// The test of the sum S of |d|^2 over the samples. With A the aligned Jacobians
+// The test of the differences d at the samples. With A the aligned Jacobians
 // (projection_uncertainty.hpp) and C the covariances, d has the covariance
-//   M = A_a C_a A_a' + A_b C_b A_b',  E S = tr M,  Var S = 2 tr M^2,
-// and S nu / E S is taken as chi-square of nu = (tr M)^2 / tr M^2 degrees of freedom (Satterthwaite
-// 1946), whose quantile is that of Wilson and Hilferty (1931). A change shows if it adds
-// L = lambda E S / nu to S, with the non-centrality lambda of that chi-square; so of changes with
-// the same RMS that with the largest displacement is the least shown. A lens without a covariance
+//   M = A_a C_a A_a' + A_b C_b A_b' = sum of s_i^2 u_i u_i',
+// whose directions u_i are principal ones. Tested is
+//   T = sum of w_i (u_i' d / s_i)^2,  w_i = s_i^2 / (s_i^2 + e^2),  E T = sum w, Var T = 2 sum w^2:
+// a change shows if it is large beside what is known of its own direction. e^2 is a share of tr M
+// (policy::kNegligibleShare); of lenses of two kinds tr M, so that T is nearly the sum of squares:
+// what one kind leaves of the other is large in directions that both know well. T nu /
+// E T is taken as chi-square of nu = (sum w)^2 / sum w^2 degrees of freedom (Satterthwaite 1946),
+// whose quantile is that of Wilson and Hilferty (1931). A change of a parameter shows if T grows by
+// lambda E T / nu, with the non-centrality lambda of that chi-square. A lens without a covariance
 // counts as exact. No value if both are, or if fewer than six samples have a ray in both.
 std::optional<DifferenceTest> difference_test(const UncertainCamera& a, const UncertainCamera& b,
                                               std::span<const Eigen::Vector2d> samples,

@@ -21,8 +21,9 @@ struct ResidualBias {
 ResidualBias residual_bias(const Bundle& solved, double least_sigma);
 
 // Compares two lenses of the bundle's model by the difference of their parameters and its
-// covariance. The projections are compared at `samples` and at the distance. No value if no sample
-// has a ray.
+// covariance. The projections are compared at `samples`, at infinity and at the distance: there a
+// motion of the camera takes the place of a focal length or of a principal point. No value if no
+// sample has a ray.
 std::optional<HalvesCheck> compare_lenses(const Bundle& solved, const Eigen::VectorXd& difference,
                                           const Eigen::MatrixXd& covariance,
                                           std::span<const Eigen::Vector2d> samples,

@@ -55,6 +55,7 @@ class Fitting {
       has_covariances_.push_back(input.whitened);
       fit_.state.cameras.push_back(free_bundle(known_.cameras[c].camera, data));
       fit_.cameras.push_back({known_.cameras[c].name, 0, 0, 0, 0, 0});
+      fit_.strain.push_back(0);
     }
     scale_.resize(views_.size());
   }
@@ -244,34 +245,39 @@ class Fitting {
     return instants.size();
   }
 
-  // The noise of the inliers under the free camera, and their RMS under the known camera, each with
-  // its own poses.
+  // The noise of the inliers under the free camera, and their RMS under the free and the known one.
   void describe(std::size_t c) {
     CheckedCamera& camera = fit_.cameras[c];
     const Bundle& bundle = fit_.state.cameras[c];
-    double free = 0, held = 0;
+    double shared = 0, free = 0, held = 0;
     for (std::size_t v = 0; v < bundle.views.size(); ++v) {
       ViewProblem buffer;
       const ViewProblem& seen = bundle.corrected(v, buffer);
       ++camera.num_views;
       camera.num_corners += static_cast<int>(seen.correspondences.size());
-      for (const Vector2d& r :
-           residuals_px(seen.correspondences, bundle.lens(), bundle.camera_from_target[v]))
-        free += r.squaredNorm();
-      const Lens& lens = known_.cameras[c].camera.camera.lens;
-      const auto pose = refine_view_pose(seen, lens, *views_[c][v].pose);
-      for (const Vector2d& r :
-           residuals_px(seen.correspondences, lens,
-                        pose ? pose->camera_from_target : bundle.camera_from_target[v]))
-        held += r.squaredNorm();
+      const Pose& of_rig = bundle.camera_from_target[v];
+      const auto squares = [&](const Lens& lens, const Pose& pose) {
+        double sum = 0;
+        for (const Vector2d& r : residuals_px(seen.correspondences, lens, pose))
+          sum += r.squaredNorm();
+        return sum;
+      };
+      const auto own_squares = [&](const Lens& lens) {
+        const auto pose = refine_view_pose(seen, lens, *views_[c][v].pose);
+        return squares(lens, pose ? pose->camera_from_target : of_rig);
+      };
+      shared += squares(bundle.lens(), of_rig);
+      free += own_squares(bundle.lens());
+      held += own_squares(known_.cameras[c].camera.camera.lens);
     }
     if (camera.num_corners == 0) return;
+    if (held > 0) fit_.strain[c] = std::sqrt(shared / held);
     camera.rms_px = std::sqrt(free / camera.num_corners);
     camera.known_rms_px = std::sqrt(held / camera.num_corners);
     int all = 0;
     for (const CheckedCamera& other : fit_.cameras) all += other.num_corners;
-    camera.sigma_px =
-        camera.rms_px / std::sqrt(2 * fit_.freedom / (2.0 * std::max(all, camera.num_corners)));
+    camera.sigma_px = std::sqrt(shared / camera.num_corners) /
+                      std::sqrt(2 * fit_.freedom / (2.0 * std::max(all, camera.num_corners)));
   }
 
   static constexpr double kSettled = 1e-3;  // numeric: share of a noise that changes no test

@@ -18,6 +18,9 @@ struct FreeFit {
   Connected connected;
   double freedom = 0;  // of the residuals
   std::vector<CheckedCamera> cameras;
+  // Of each camera: the RMS of its residuals with the poses that the rig shares, over
+  // CheckedCamera::known_rms_px.
+  std::vector<double> strain;
 };
 
 // Fits robustly: corners beyond policy::kOutlierSigmas of the free camera are rejected, not those

@@ -17,7 +17,7 @@ std::string number(double value) { return with_digits(value, 2); }
 void add_term(std::vector<std::string>& terms, const std::string& before, double value,
               double sigma, const std::string& after) {
   if (std::abs(value) > policy::kSignificant * sigma)
-    terms.push_back(before + number(value) + " +- " + number(sigma) + after);
+    terms.push_back(before + with_sigma(value, sigma) + after);
 }
 
 // A significant shape beyond what a board of its substrate has.
@@ -33,10 +33,10 @@ std::string made_of(const char* key, const Tolerance& tolerance) {
 
 // The end of a sentence about a board that contradicts its file.
 std::string contradiction(const char* key, const Tolerance& tolerance, double prior_sigma,
-                          const char* unit) {
+                          const char* unit, const char* correct) {
   return ", more than " + made_of(key, tolerance) + " has (sd " + number(prior_sigma) + unit +
-         "); the answer includes it, but correct `" + key +
-         "` in the target file, or take another board";
+         "); the answer includes it, but correct " + correct +
+         " in the target file, or take another board";
 }
 
 }  // namespace
@@ -56,22 +56,24 @@ std::optional<Finding> check_bend(const BoardWarp& board, const FlatBoard& flat)
   if (exceeds(board.bend_mm.x(), board.sigma_mm.x(), prior_mm) ||
       exceeds(board.bend_mm.y(), board.sigma_mm.y(), prior_mm) ||
       exceeds(board.twist_mm, board.sigma_twist_mm, prior_mm))
-    return finding(code::flatness_exceeded,
-                   "the board is " + listed(terms) +
-                       contradiction("flatness", flat.substrate.flatness, prior_mm, " mm"));
+    return finding(code::flatness_exceeded, "the board is " + listed(terms) +
+                                                contradiction("flatness", flat.substrate.flatness,
+                                                              prior_mm, " mm", "`flatness`"));
   return finding(code::board_bent, "the board is " + listed(terms) + "; the answer includes it");
 }
 
 std::optional<Finding> check_print(const BoardWarp& board, const FlatBoard& flat) {
   std::vector<std::string> terms;
-  add_term(terms, "", 100 * board.aspect, 100 * board.sigma_aspect, " %");
+  add_term(terms, "", 100 * std::abs(board.aspect), 100 * board.sigma_aspect, " %");
   if (terms.empty()) return std::nullopt;
-  const std::string sentence =
-      "the board is longer along y than its file says, relative to x, by " + terms[0];
+  const std::string sentence = std::string("the board is ") +
+                               (board.aspect < 0 ? "shorter" : "longer") +
+                               " along y than its file says, relative to x, by " + terms[0];
   const double prior = flat.prior_sigma[3];
   if (exceeds(board.aspect, board.sigma_aspect, prior))
     return finding(code::print_exceeded,
-                   sentence + contradiction("print", flat.substrate.print, 100 * prior, " %"));
+                   sentence + contradiction("print", flat.substrate.print, 100 * prior, " %",
+                                            "the distances, or `print`,"));
   return finding(code::print_aspect, sentence + "; the answer includes it");
 }
 

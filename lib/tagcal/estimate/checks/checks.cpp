@@ -196,10 +196,14 @@ Result coefficients_correlated(const Solved& s) {
     if (is_free && is_curve && sigma > policy::kLikePrior * prior) names.emplace_back(free.name);
   }
   if (names.empty()) return std::nullopt;
-  return finding(code::coefficients_correlated,
-                 listed(names) +
-                     " are correlated: the projection is determined, their single values are not; "
-                     "a smaller model fits as well");
+  return finding(
+      code::coefficients_correlated,
+      listed(names) +
+          (names.size() == 1
+               ? " is correlated with others: the projection is determined, its value is "
+                 "not; a smaller model fits as well"
+               : " are correlated: the projection is determined, their single values are "
+                 "not; a smaller model fits as well"));
 }
 
 Result direction_weak(const Solved& s) {
