@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Iterator
 
 RUN = ["README.md", "docs/reference/findings.md", "docs/tasks/first_calibration.md",
-       "docs/tasks/pose.md", "docs/tasks/stereo.md"]
+       "docs/tasks/pictures.md", "docs/tasks/pose.md", "docs/tasks/rigs.md", "docs/tasks/stereo.md"]
 BLOCK = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 PROGRESS = re.compile(r"(detecting|rendering|calibrating|thumbnails): |wrote .*\.corners-cache$")
 NUMBER = re.compile(r"[-+]?\d+\.?\d*(?:e[-+]?\d+)?")

@@ -63,8 +63,14 @@ def stamps_of(text: str) -> dict[str, Stamp]:
 
 
 def stamp_of(piece: Piece, root: Path = ROOT) -> Stamp | None:
-    file = WORK / piece.name / "stamp" if piece.output == "part" else root / piece.page
+    file = root / piece.page
     return stamps_of(file.read_text()).get(piece.name) if file.is_file() else None
+
+
+def with_stamps(text: str, stamps: dict[str, Stamp]) -> str:
+    """A page whose stamps stand at its end."""
+    lines = [stamp.line(name) for name, stamp in stamps.items()]
+    return "\n".join([STAMP.sub("", text).rstrip() + "\n", *lines]) + "\n"
 
 
 def changes_since(piece: Piece, stamp: Stamp, root: Path = ROOT) -> str | None:
@@ -103,18 +109,18 @@ def run(piece: Piece) -> None:
     if done.returncode != 0:
         sys.exit(f"pages.py: {piece.name} failed: {command}")
     page = ROOT / piece.page
+    before = page.read_text() if page.is_file() else ""
+    stamps = stamps_of(before)
     if piece.output == "block":
-        page.write_text(with_block(page.read_text(), piece, done.stdout, stamp))
-    elif piece.output == "part":
-        (WORK / "maps").mkdir(exist_ok=True)
-        for file in out.glob("*.csv"):
-            shutil.copy(file, WORK / "maps")
-        (work / "stamp").write_text(stamp.line(piece.name) + "\n")
+        page.write_text(with_block(before, piece, done.stdout, stamp))
     else:
+        if piece.output == "part":  # the page has to be drawn again, and has no stamp until then
+            stamps = {part.name: stamps[part.name] for part in pieces() if part.output == "part" and part.name in stamps}
         for file in out.iterdir():
-            if file.suffix != ".svg" and file.name != "trials.csv":
+            drawn = piece.output == "folder" and file.suffix != ".svg" and file.name != "trials.csv"
+            if drawn or piece.output == "part" and file.suffix == ".csv":
                 shutil.copy(file, page.parent)
-        page.write_text(page.read_text().rstrip() + "\n\n" + stamp.line(piece.name) + "\n")
+        page.write_text(with_stamps(page.read_text(), stamps | {piece.name: stamp}))
     begun.unlink()
 
 
@@ -133,12 +139,12 @@ def main() -> None:
     if unknown := set(names) - {piece.name for piece in known}:
         sys.exit(f"pages.py: {', '.join(sorted(unknown))}: no piece of tools/pages.txt")
     for piece in known:
-        if names and piece.name not in names:
-            continue
         stamp = stamp_of(piece)
+        if names and piece.name not in names and (stamp or piece.output != "folder" or only_list):
+            continue
         change = changes_since(piece, stamp) if stamp else "never"
         if only_list:
-            state = "up to date" if not change else f"older than {change}" if stamp else "not made here"
+            state = "up to date" if not change else f"older than {change}" if stamp else "not made"
             print(f"{piece.name:28} {stamp.version if stamp else '':10} {state}")
         elif names or change:
             print(f"{piece.name}: {piece.page}", file=sys.stderr)

@@ -74,7 +74,8 @@ int run(const Arguments& a) {
   }
   if (a.out.empty()) throw Error("stability: needs --out DIR, or --list");
   OutputFolder folder(a.out, OutputFolder::Taken::by_any_folder);
-  const std::vector<std::string> origin = origin_of(shown_command(a));
+  const std::vector<std::string> origin =  // of maps that were read: other versions and machines
+      a.from.empty() ? origin_of(shown_command(a)) : std::vector{shown_command(a)};
   std::vector<AtlasSheet> sheets;
   int misses = 0;
   for (StabilityMap& map : maps) {

@@ -21,6 +21,7 @@ study::Study handeye_study();
 study::Study model_confusion_study();
 study::Study near_grids_study();
 study::Study real_claims_study();
+study::Study real_corners_study();
 study::Study reproject_speed_study();
 study::Study rig_shutter_study();
 study::Study rigs_study();
