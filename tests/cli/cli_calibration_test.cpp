@@ -187,6 +187,12 @@ TEST_F(Cli, DiffOfACalibrationWithItselfIsNothing) {
     EXPECT_EQ(d["difference_px"][0].size(), 21u);
   }
   EXPECT_NE(run("diff " + a + " " + b).out.find("at infinity"), std::string::npos);
+  // With a limit it is a check.
+  EXPECT_EQ(run("diff " + a + " " + b + " --limit 1e-9").exit_code, 1);
+  EXPECT_EQ(run("diff " + a + " " + a + " --limit 1e-9").exit_code, 3);
+  EXPECT_EQ(run("diff " + a + " " + a + " --limit 1e9").exit_code, 0);
+  expect_bad_input("calibrate " + path("set") + " --out " + path("a.html"),
+                   {"a.html: has the name of another kind of file"});
 }
 
 // What was found out about the pictures is in the answer, beside what was about the calibration.

@@ -131,6 +131,8 @@ TEST_F(ConvertCli, CamerasOfPartsAndScaledPictures) {
   const std::string convert = "convert " + truth + " " + path("o.yaml") + " --to tagcal ";
   expect_bad_input(convert + "--resize 640", {"--resize", "WIDTHxHEIGHT"});
   expect_bad_input(convert + "--crop 640x480", {"--crop", "X,Y,WIDTHxHEIGHT"});
+  expect_bad_input(convert + "--crop -1,0,64x48", {"--crop: -1,0,64x48 is not inside the image"});
+  expect_bad_input(convert + "--crop 0,1,640x400", {"is not inside the image of 640x400"});
   expect_bad_input(convert + "--image-size 320x200", {"640x400", "--resize"});
   spill(path("stereo2.yml"), kStereoYaml);
   expect_bad_input("convert " + path("stereo2.yml:left") + " " + path("o.yaml") +

@@ -53,6 +53,13 @@ TEST_F(PoseCli, ThePageShowsWhatTheCommandDraws) {
   EXPECT_LT(others, 200);
 }
 
+// Drawings among the pictures would be pictures of the next command.
+TEST_F(PoseCli, DrawsNotIntoTheFolderOfThePictures) {
+  expect_bad_input("pose " + path("set") + " --camera " + path("set/truth.yaml") + " --draw " +
+                       path("set/images"),
+                   {"--draw: ", "has the pictures"});
+}
+
 TEST_F(PoseCli, DrawsOnWhiteWithoutPictures) {
   const fs::path folder = exact_set("no-pictures");
   fs::remove_all(folder / "images");

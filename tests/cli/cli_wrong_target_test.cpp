@@ -1,5 +1,7 @@
 // A target file that does not describe the board in the pictures: `calibrate` says what `detect`
 // found, and what it says to write makes the pictures calibrate.
+#include <nlohmann/json.hpp>
+
 #include "cli_fixture.hpp"
 
 namespace tagcal::tools {
@@ -70,6 +72,26 @@ class CliWrongTarget : public Cli {
     EXPECT_NE(detected.err.find(wrong.says), std::string::npos) << detected.err;
   }
 };
+
+// A pose by a wrong file says so wherever it is read; none is given if corners are numbered by it.
+TEST_F(CliWrongTarget, PosesSayIt) {
+  using Json = nlohmann::json;
+  const auto views = [](const std::string& from, const std::string& to) {
+    const std::string right = slurp(root() / "set/target.yaml");
+    spill(root() / "wrong.yaml", replaced(right, from, to));
+    const Outcome outcome = run("pose --target " + path("wrong.yaml") + " " + path("set/images") +
+                                " --camera " + path("set/truth.yaml") + " --json");
+    return Json::parse(outcome.out)["views"];
+  };
+  for (const Json& view : views("tagSpacing: 0.3", "tagSpacing: 0.2")) {
+    EXPECT_EQ(view["findings"].back()["code"], "input") << view.dump();
+    EXPECT_NE(view["warnings"].dump().find("wrong tag spacing"), std::string::npos);
+  }
+  for (const Json& view : views("tagCols: 4", "tagCols: 3")) {
+    EXPECT_EQ(view["status"], "no_consensus") << view.dump();
+    EXPECT_TRUE(view["camera_from_board"].is_null());
+  }
+}
 
 TEST_F(CliWrongTarget, AprilGrids) {
   for (const WrongTarget& wrong : {WrongTarget{"tagCols: 4", "tagCols: 3", "wrong columns: "},

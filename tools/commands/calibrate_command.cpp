@@ -117,7 +117,7 @@ void write_files(const Arguments& arguments, CalibrationAnswer& answer, Input us
 void check_file_of_one(const Arguments& arguments) {
   const fs::path out = arguments.out;
   if (out.empty() || (out.has_filename() && !fs::is_directory(out)))
-    return check_text_writable(out);
+    return check_yaml_writable(out);
   const std::string& input = arguments.job.input.inputs.front();
   const std::string name = fs::is_directory(input) ? camera_name(input) : "camera";
   throw Error(fmt::format("--out: {} is a folder, but one camera is one file: --out {}{}",

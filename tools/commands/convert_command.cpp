@@ -78,7 +78,15 @@ void cut_and_scale(CameraFile& file, const Arguments& arguments) {
       throw Error(fmt::format("{}: {} has no image size; state it by --image-size",
                               arguments.resize.empty() ? "--crop" : "--resize", arguments.in));
     Camera camera = known.camera;
-    if (!arguments.crop.empty()) camera = cropped(camera, rectangle_argument(arguments.crop));
+    if (!arguments.crop.empty()) {
+      const PixelRectangle part = rectangle_argument(arguments.crop);
+      const ImageSize& all = camera.image_size;
+      if (part.x < 0 || part.y < 0 || part.x > all.width - part.size.width ||
+          part.y > all.height - part.size.height)
+        throw Error(fmt::format("--crop: {} is not inside the image of {}x{}", arguments.crop,
+                                all.width, all.height));
+      camera = cropped(camera, part);
+    }
     if (!arguments.resize.empty())
       camera = resized(camera, size_argument("--resize", arguments.resize));
     had_uncertainty = had_uncertainty || !known.sigmas.empty();

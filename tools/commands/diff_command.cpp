@@ -32,7 +32,7 @@ struct Arguments {
   std::string a;
   std::string b;
   double near_m = 1;
-  double limit_px = 1;
+  double limit_px = 0;  // 0: not given
   bool whole_image = false;
   bool json = false;
 };
@@ -136,14 +136,22 @@ bool is_of_rigs(const Arguments& arguments, const std::optional<ComparedRig>& a,
   return a.has_value();
 }
 
+// With a limit the comparison is a check.
+int exit_code(const Arguments& arguments, const std::optional<CheckVerdict>& verdict) {
+  if (arguments.limit_px == 0 || verdict == CheckVerdict::valid) return kAnswer;
+  return verdict == CheckVerdict::changed ? kCheckFailed : kNoAnswer;
+}
+
 int run(const Arguments& arguments) {
+  constexpr double kUsualLimitPx = 1;  // numeric: the default in the manual
+  const double limit_px = arguments.limit_px > 0 ? arguments.limit_px : kUsualLimitPx;
   const std::optional<ComparedRig> rig_a = rig_of_argument(arguments.a),
                                    rig_b = rig_of_argument(arguments.b);
   if (is_of_rigs(arguments, rig_a, rig_b)) {
-    print_answer(rig_difference(*rig_a, *rig_b, arguments.near_m, arguments.whole_image,
-                                arguments.limit_px, arguments.json),
-                 arguments.json);
-    return kAnswer;
+    const RigDifferenceAnswer answer = rig_difference(
+        *rig_a, *rig_b, arguments.near_m, arguments.whole_image, limit_px, arguments.json);
+    print_answer(answer.text, arguments.json);
+    return exit_code(arguments, answer.verdict);
   }
   const CalibrationFile a = read_camera(arguments.a);
   const CalibrationFile b = read_camera(arguments.b);
@@ -160,7 +168,7 @@ int run(const Arguments& arguments) {
     list.push_back(difference_json(comparison));
     text += difference_text(comparison.difference, where);
   }
-  const ComparisonVerdict verdict = verdict_of(comparisons, arguments.limit_px);
+  const ComparisonVerdict verdict = verdict_of(comparisons, limit_px);
   const bool is_bounded = verdict.verdict && std::isfinite(verdict.smallest_px);
   const Json answer = {{"a", arguments.a},
                        {"b", arguments.b},
@@ -168,7 +176,7 @@ int run(const Arguments& arguments) {
                        {"smallest_px", is_bounded ? Json(verdict.smallest_px) : Json()},
                        {"differences", list}};
   print_answer(arguments.json ? json_text(answer) : text + verdict_text(verdict), arguments.json);
-  return kAnswer;
+  return exit_code(arguments, verdict.verdict);
 }
 
 }  // namespace
@@ -185,7 +193,7 @@ Command add_diff(CLI::App& app) {
              "distance in metres at which they are compared, beside infinity (1)");
   add_positive(*command, "--limit", arguments->limit_px,
                "the change that matters, px in the image (1): valid only if a smaller one would "
-               "have been seen");
+               "have been seen; the exit code is then that of a check");
   add_flag(*command, "--whole-image", arguments->whole_image,
            "fit the moved camera over the whole image, not only where both had corners");
   add_flag(*command, "--json", arguments->json, "one JSON object on stdout");

@@ -236,11 +236,12 @@ std::optional<ComparedRig> rig_of_argument(const std::string& file_and_name) {
   return compared_rig(file_and_name, file);
 }
 
-std::string rig_difference(const ComparedRig& a, const ComparedRig& b, double near_m,
-                           bool whole_image, double limit_px, bool as_json) {
+RigDifferenceAnswer rig_difference(const ComparedRig& a, const ComparedRig& b, double near_m,
+                                   bool whole_image, double limit_px, bool as_json) {
   const RigDifference difference = difference_of_rigs(a, b, near_m, whole_image);
-  return as_json ? json_text(rigs_json(difference, a.name, b.name, limit_px))
-                 : rigs_text(difference, a.name, b.name, limit_px);
+  return {as_json ? json_text(rigs_json(difference, a.name, b.name, limit_px))
+                  : rigs_text(difference, a.name, b.name, limit_px),
+          rigs_verdict(difference, limit_px).verdict};
 }
 
 }  // namespace tagcal::tools

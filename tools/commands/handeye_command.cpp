@@ -32,7 +32,7 @@ struct Arguments : HandeyeArguments {
 };
 
 void check_outputs(const Arguments& arguments) {
-  check_text_writable(arguments.out);
+  check_yaml_writable(arguments.out);
   check_text_writable(arguments.ros);
   std::vector<std::string> inputs = {arguments.camera, arguments.robot, arguments.times,
                                      arguments.input.target, arguments.input.observations};

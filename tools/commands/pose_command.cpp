@@ -161,6 +161,7 @@ class Poses {
         if (auto finding = contradiction_of_camera(views[i], input_.dataset.boards, *claim_))
           reports[i].findings.push_back(*std::move(finding));
       if (reports[i].focal_px) check_pinhole(views[i], reports[i]);
+      report_mistakes(input_.mistakes, reports[i]);
       if (folder && is_answer(reports[i].status))
         write_png(folder->path() / names[i], drawn(views[i], problem, reports[i]));
     };
@@ -185,7 +186,15 @@ class Poses {
     std::vector<std::filesystem::path> drawings, pictures;
     for (const std::string& name : names)
       drawings.push_back(std::filesystem::path(arguments_.draw) / name);
-    for (const auto& [name, file] : input_.files) pictures.push_back(file);
+    std::error_code none;
+    for (const auto& [name, file] : input_.files) {
+      pictures.push_back(file);
+      if (std::filesystem::equivalent(file.parent_path(), arguments_.draw, none))
+        throw Error(
+            fmt::format("--draw: {} has the pictures, of which drawings would be taken for "
+                        "more: name another folder",
+                        arguments_.draw));
+    }
     check_replaces_nothing(drawings, pictures);
   }
 

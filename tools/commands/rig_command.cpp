@@ -150,7 +150,7 @@ RigCalibration calibrate_input(const Arguments& arguments, Shutter shutter,
 int run(const Arguments& given) {
   Arguments arguments = given;
   const Shutter shutter = shutter_of(arguments.shutter, arguments.input.frames);
-  check_text_writable(arguments.out);
+  check_yaml_writable(arguments.out);
   check_report(arguments);
   RigInput input = read_rig(arguments);
   const RigDataset& rig = input.rig;

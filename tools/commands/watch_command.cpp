@@ -109,7 +109,7 @@ int run_rig(const Arguments& arguments) {
   for (const std::string& folder : arguments.folders) check_folder(folder);
   options.out = arguments.out.empty() ? default_out(arguments.folders.front(), "rig.yaml")
                                       : fs::path(arguments.out);
-  check_text_writable(options.out);
+  check_yaml_writable(options.out);
   check_replaces_nothing({options.out}, {arguments.target});
   Target target = target_of(arguments);
   std::vector<WatchedCamera> cameras;
@@ -126,7 +126,7 @@ int run_rig(const Arguments& arguments) {
 }
 
 int watch(const Arguments& arguments, WatchOptions options, Target target, const fs::path& cache) {
-  check_text_writable(options.out);
+  check_yaml_writable(options.out);
   check_replaces_nothing({options.out}, {arguments.target});
   WatchedPictures pictures(options.folder, std::move(target.board),
                            {arguments.threads, cache, Interruption::requested});

@@ -49,6 +49,16 @@ void check_text_writable(const fs::path& file) {
   check_writable(file);
 }
 
+void check_yaml_writable(const fs::path& file) {
+  for (const char* const other : {".html", ".csv", ".json", ".svg", ".pdf"})
+    if (file.extension() == other)
+      throw Error(
+          fmt::format("{}: has the name of another kind of file, but YAML is written: end "
+                      "it in .yaml",
+                      file.string()));
+  check_text_writable(file);
+}
+
 void check_drawing_writable(const fs::path& file) {
   if (!file.empty() && file.extension() != ".svg" && file.extension() != ".png")
     throw Error(fmt::format("{}: must end in .svg or .png", file.string()));

@@ -15,6 +15,10 @@ void check_writable(const std::filesystem::path& file);
 // has behind an option whose value was forgotten: `--out photos/*.png`.
 void check_text_writable(const std::filesystem::path& file);
 
+// The same for an answer in YAML. It must not have the name of another kind of text, which would be
+// taken for that, or be replaced.
+void check_yaml_writable(const std::filesystem::path& file);
+
 // The same for a drawing, which must end in .svg or .png.
 void check_drawing_writable(const std::filesystem::path& file);
 

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cstdint>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <vector>
 
 #include "tagcal/io/text_file.hpp"
@@ -12,12 +14,18 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json field_json(std::string_view field) {
-  if (field.empty()) return {};
-  double number = 0;
+template <typename Number>
+std::optional<Json> number_json(std::string_view field) {
+  Number number{};
   const char* const last = field.data() + field.size();
   const auto [end, error] = std::from_chars(field.data(), last, number);
-  return error == std::errc() && end == last ? Json(number) : Json(field);
+  return error == std::errc() && end == last ? std::optional<Json>(number) : std::nullopt;
+}
+
+Json field_json(std::string_view field) {
+  if (field.empty()) return {};
+  if (const auto whole = number_json<std::int64_t>(field)) return *whole;  // ids and counts
+  return number_json<double>(field).value_or(Json(field));
 }
 
 }  // namespace

@@ -192,7 +192,8 @@ std::string_view noise_source(const Calibration& calibration) {
 std::string selection_text(const std::optional<ViewSelection>& selection) {
   if (!selection) return "";
   std::string text = fmt::format(
-      "selected   {}; the projection's sd at infinity (RMS over the image) after each:\n",
+      "selected   {}; the projection's sd at infinity by noise alone (RMS over the image) after "
+      "each:\n",
       counted(selection->views.size(), "view"));
   double before = std::numeric_limits<double>::infinity();
   for (const SelectedView& view : selection->views) {

@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "tagcal/estimate/findings.hpp"
 #include "tagcal/estimate/pose.hpp"
 #include "tagcal/geometry/viewpoint.hpp"
 #include "tagcal/internal/degrees.hpp"
@@ -225,8 +226,10 @@ std::string verdict_text(const PoseReport& view) {
 
 std::string view_text(const PoseReport& view, bool verbose) {
   std::string text = verdict_text(view);
-  text += findings_text(without_reason(view.findings), "  ");
-  text += focal_text(view);
+  std::vector<Finding> findings = without_reason(view.findings);
+  // Those of the target file are the same for all views, and are printed once.
+  std::erase_if(findings, [](const Finding& f) { return f.code == code::input.name; });
+  text += findings_text(findings, "  ") + focal_text(view);
   if (!view.cameras.empty())
     text += line("seen by", fmt::format("{}", fmt::join(view.cameras, ", ")));
   if (!view.hypotheses.empty()) {
@@ -251,6 +254,16 @@ PoseReport common(const Estimate& estimate) {
 }
 
 }  // namespace
+
+void report_mistakes(const std::vector<TargetMistake>& mistakes, PoseReport& report) {
+  for (const TargetMistake& mistake : mistakes)
+    add(report.findings, mistake.moves_corners ? code::no_consensus : code::input,
+        "the pictures and the target file do not agree: " + mistake.text());
+  if (std::ranges::none_of(mistakes, &TargetMistake::moves_corners)) return;
+  report.status = judge(report.findings);
+  report.hypotheses.clear();
+  report.focal_px.reset();
+}
 
 Eigen::Quaterniond shown_rotation(const Pose& pose) {
   Eigen::Quaterniond q = pose.rotation();

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "tagcal/detect/types.hpp"
 #include "tagcal/estimate/pose.hpp"
 #include "tagcal/scene/board.hpp"
 
@@ -32,6 +33,9 @@ struct PoseReport {
 // an answer is not shown, because it would look like an answer.
 PoseReport reported(const PoseEstimate& estimate);
 PoseReport reported(const PoseAndFocalEstimate& estimate, const PoseAndFocalOptions& options);
+
+// Says what is wrong in the target file; there is no answer if corners are numbered by it.
+void report_mistakes(const std::vector<TargetMistake>& mistakes, PoseReport& report);
 
 // Returns the quaternion with w >= 0, so that equal poses look equal.
 Eigen::Quaterniond shown_rotation(const Pose& pose);
