@@ -1,5 +1,6 @@
 #include "tagcal/detect/checker_search/junction_grid.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -16,6 +17,8 @@ using Eigen::Vector2d;
 // larger squares.
 constexpr double kFirstReachPx = 16;
 constexpr double kLastReachPx = 300;
+
+const double kLeastCos = std::cos(policy::kMaxTurn), kMaxTangent = std::tan(policy::kMaxTurn);
 
 // Angle between two lines.
 double between(double a, double b) { return std::abs(std::remainder(a - b, std::numbers::pi)); }
@@ -41,22 +44,20 @@ class Bins {
     }
   }
 
-  // Calls visit(i, distance) for each junction within `radius`.
+  // Calls visit(i) for each junction in the bins that a box touches.
   template <typename Visit>
-  void near(const Vector2d& at, double radius, const Visit& visit) const {
-    const Eigen::Vector2i low = bin(at - Vector2d::Constant(radius)).cwiseMax(0);
-    const Eigen::Vector2i high = bin(at + Vector2d::Constant(radius)).cwiseMin(size_ - ones());
+  void in_box(const Eigen::AlignedBox2d& box, const Visit& visit) const {
+    const Eigen::Vector2i low = bin(box.min()).cwiseMax(0);
+    const Eigen::Vector2i high = bin(box.max()).cwiseMin(size_ - ones());
     for (int y = low.y(); y <= high.y(); ++y)
       for (int x = low.x(); x <= high.x(); ++x)
-        for (const std::size_t i : bins_[static_cast<std::size_t>(y * size_.x() + x)])
-          if (const double distance = (junctions_[i].at - at).norm(); distance <= radius)
-            visit(i, distance);
+        for (const std::size_t i : bins_[static_cast<std::size_t>(y * size_.x() + x)]) visit(i);
   }
 
  private:
   static Eigen::Vector2i ones() { return {1, 1}; }
   static Eigen::Vector2i bin(const Vector2d& at) {
-    constexpr double kSide = 16;  // px
+    constexpr double kSide = 32;  // px
     return (at / kSide).array().floor().cast<int>();
   }
   const std::vector<Junction>& junctions_;
@@ -112,16 +113,20 @@ class Grower {
     const Vector2d first = along(one.first), second = along(one.second);
     const bool is_first = std::abs(direction.dot(first)) > std::abs(direction.dot(second));
     const Vector2d line = is_first ? first : second;
-    const double sign = direction.dot(line) < 0 ? -1 : 1;
-    const double least_cos = std::cos(policy::kMaxTurn);
+    const Vector2d forward = direction.dot(line) < 0 ? Vector2d(-line) : line;
+    const Vector2d aside = kMaxTangent * Vector2d(-forward.y(), forward.x());
     for (double radius = kFirstReachPx; radius < kLastReachPx; radius *= 2) {
       std::optional<std::size_t> best;
-      double least = radius;
-      bins_.near(one.at, radius, [&](std::size_t i, double distance) {
-        if (i == from || distance >= least) return;
+      double least = radius * radius;
+      Eigen::AlignedBox2d box(one.at);  // about the sector of the directions that are allowed
+      box.extend(one.at + radius * (forward + aside)).extend(one.at + radius * (forward - aside));
+      bins_.in_box(box, [&](std::size_t i) {
         const Junction& other = junctions_[i];
         const Vector2d chord = other.at - one.at;
-        if (sign * chord.dot(line) < least_cos * distance || !has_like_contrast(one, other)) return;
+        const double distance = chord.squaredNorm(), ahead = chord.dot(forward);
+        if (distance >= least || ahead <= 0 || ahead * ahead < kLeastCos * kLeastCos * distance ||
+            !has_like_contrast(one, other))
+          return;
         const double angle =
             2 * std::atan2(chord.y(), chord.x()) - (is_first ? one.first : one.second);
         if (between(angle, is_first ? other.second : other.first) > policy::kMaxTurn) return;
@@ -193,7 +198,9 @@ class Grower {
   std::optional<std::size_t> nearest(const Vector2d& at, double reach, const Test& test) const {
     std::optional<std::size_t> best;
     double least = reach;
-    bins_.near(at, reach, [&](std::size_t i, double distance) {
+    const Vector2d around = Vector2d::Constant(reach);
+    bins_.in_box({at - around, at + around}, [&](std::size_t i) {
+      const double distance = (junctions_[i].at - at).norm();
       if (distance > least || is_taken_[i] || !test(junctions_[i])) return;
       least = distance;
       best = i;

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 #include <optional>
 #include <vector>
@@ -111,15 +113,41 @@ bool has_two_colours(const ImageF& image, const Junction& junction, double radiu
   return 2 * (least_white - most_black) > most_white - least_black;
 }
 
-constexpr std::size_t kSamples = 32;  // on a circle
+constexpr int kSamples = 32;  // on a circle
+using CircleLevels = Eigen::Array<float, kSamples, 1>;
 
-std::array<Vector2d, kSamples> unit_circle() {
-  std::array<Vector2d, kSamples> circle;
-  for (std::size_t i = 0; i < kSamples; ++i) {
-    const double angle = 2 * pi * static_cast<double>(i) / kSamples;
-    circle[i] = {std::cos(angle), std::sin(angle)};
+struct UnitCircle {
+  CircleLevels x, y;
+
+  UnitCircle() {
+    for (int i = 0; i < kSamples; ++i) {
+      const double angle = 2 * pi * i / kSamples;
+      x[i] = static_cast<float>(std::cos(angle));
+      y[i] = static_cast<float>(std::sin(angle));
+    }
   }
-  return circle;
+};
+
+// Precondition: the circle is in the picture, a pixel from its right and lower edge.
+CircleLevels levels_on_circle(const ImageF& image, const Vector2d& at, double radius) {
+  static const UnitCircle kCircle;
+  // Places from the pixel of the circle's corner: positive, of few digits.
+  const Vector2d corner = (at.array() - radius).floor();
+  const auto first_x = static_cast<float>(at.x() - corner.x()),
+             first_y = static_cast<float>(at.y() - corner.y()), r = static_cast<float>(radius);
+  const float* first = image.row(static_cast<int>(corner.y())) + static_cast<int>(corner.x());
+  const std::ptrdiff_t width = image.width();
+  const CircleLevels in_x = first_x + r * kCircle.x, in_y = first_y + r * kCircle.y;
+  const Eigen::Array<std::int32_t, kSamples, 1> x = in_x.cast<std::int32_t>(),
+                                                y = in_y.cast<std::int32_t>();
+  const CircleLevels u = in_x - x.cast<float>(), v = in_y - y.cast<float>();
+  CircleLevels level;
+  for (int i = 0; i < kSamples; ++i) {
+    const float *a = first + y[i] * width + x[i], *b = a + width;
+    const float above = a[0] + u[i] * (a[1] - a[0]), below = b[0] + u[i] * (b[1] - b[0]);
+    level[i] = above + v[i] * (below - above);
+  }
+  return level;
 }
 
 // The two lines through a place, from the four borders that a circle about it crosses; no value for
@@ -129,22 +157,21 @@ std::optional<Junction> junction_on_circle(const ImageF& image, const Vector2d& 
   const Vector2d last(image.width() - 1, image.height() - 1);
   if (((at - reach).array() < 0).any() || ((at + reach).array() >= last.array()).any())
     return std::nullopt;
-  static const std::array<Vector2d, kSamples> kCircle = unit_circle();
-  std::array<float, kSamples> level;
-  for (std::size_t i = 0; i < kSamples; ++i) level[i] = sample(image, at + radius * kCircle[i]);
-  const auto [low, high] = std::ranges::minmax(level);
+  const CircleLevels level = levels_on_circle(image, at, radius);
+  const float low = level.minCoeff(), high = level.maxCoeff();
   if (high - low < policy::kMinContrast) return std::nullopt;
   const float middle = (low + high) / 2;
+  std::uint32_t white = 0;  // bit i: of sample i
+  for (int i = 0; i < kSamples; ++i) white |= static_cast<std::uint32_t>(level[i] > middle) << i;
+  std::uint32_t borders = white ^ std::rotr(white, 1);  // before the next sample
+  if (std::popcount(borders) != 4) return std::nullopt;
   std::array<double, 2> up{}, down{};  // angles at which white begins and ends
   std::size_t num_up = 0, num_down = 0;
-  for (std::size_t i = 0; i < kSamples; ++i) {
+  for (; borders != 0; borders &= borders - 1) {
+    const int i = std::countr_zero(borders);
     const float a = level[i] - middle, b = level[(i + 1) % kSamples] - middle;
-    if ((a > 0) == (b > 0)) continue;
-    std::size_t& count = b > 0 ? num_up : num_down;
-    if (count == 2) return std::nullopt;
-    (b > 0 ? up : down)[count++] = 2 * pi * (static_cast<double>(i) + a / (a - b)) / kSamples;
+    (b > 0 ? up[num_up++] : down[num_down++]) = 2 * pi * (i + a / (a - b)) / kSamples;
   }
-  if (num_up != 2) return std::nullopt;  // on a circle white ends as often as it begins
   if (std::abs(up[1] - up[0] - pi) > policy::kMaxTurn ||
       std::abs(down[1] - down[0] - pi) > policy::kMaxTurn)
     return std::nullopt;
@@ -169,29 +196,41 @@ Vector2d saddle_point(const ImageF& image, int x, int y) {
 
 using Strengths = LastRows<float>;
 
-bool is_peak(const Strengths& strength, int x, int y) {
-  const float here = strength.row(y)[x];
-  for (int v = -2; v <= 2; ++v)
-    for (int u = -2; u <= 2; ++u) {
-      const float there = strength.row(y + v)[x + u];
+using StrengthRows = std::array<const float*, Strengths::kRows>;
+
+// True for the strongest of 5x5 pixels, in rows from above to below; of equal ones the first.
+bool is_peak(const StrengthRows& rows, int x) {
+  constexpr int kReach = Strengths::kRows / 2;
+  const float here = rows[kReach][x];
+  for (int v = -kReach; v <= kReach; ++v)
+    for (int u = -kReach; u <= kReach; ++u) {
+      const float there = rows[static_cast<std::size_t>(v + kReach)][x + u];
       if ((u != 0 || v != 0) && (there > here || (there == here && (v < 0 || (v == 0 && u < 0)))))
         return false;
     }
   return true;
 }
 
-// Calls visit(x) for the pixels of a row that are as strong as `least`, but for 3 px at its ends.
+// Calls visit(x) for the peaks of a row that are as strong as `least`, but for 3 px at its ends.
 template <typename Visit>
-void visit_strong(const float* row, int width, float least, const Visit& visit) {
+void visit_peaks(const StrengthRows& rows, int width, float least, const Visit& visit) {
   constexpr int kAtOnce = 32;  // numeric: pixels that are compared without a branch
+  std::array<std::uint8_t, kAtOnce> may_be_peak;
+  const float *above = rows[1], *row = rows[2], *below = rows[3];
   const int last = width - 3;
   for (int begin = 3; begin < last; begin += kAtOnce) {
-    const int end = std::min(begin + kAtOnce, last);
-    int count = 0;
-    for (int x = begin; x < end; ++x) count += row[x] >= least ? 1 : 0;
-    if (count == 0) continue;
-    for (int x = begin; x < end; ++x)
-      if (row[x] >= least) visit(x);
+    const int count = std::min(last - begin, kAtOnce);
+    int any = 0;
+    for (int i = 0; i < count; ++i) {
+      const int x = begin + i;
+      const bool is_strong = (row[x] >= least) & (row[x] > row[x - 1]) & (row[x] >= row[x + 1]) &
+                             (row[x] > above[x]) & (row[x] >= below[x]);
+      may_be_peak[static_cast<std::size_t>(i)] = is_strong;
+      any |= is_strong;
+    }
+    if (any == 0) continue;
+    for (int i = 0; i < count; ++i)
+      if (may_be_peak[static_cast<std::size_t>(i)] && is_peak(rows, begin + i)) visit(begin + i);
   }
 }
 
@@ -205,13 +244,15 @@ std::vector<Junction> find_junctions(const ImageView8& image) {
   int next = 0;
   for (int y = 3; y + 3 < image.height(); ++y) {
     for (; next <= y + 2; ++next) saddles(smooth, next, strength.row(next));
-    visit_strong(strength.row(y), image.width(), least, [&](int x) {
-      if (!is_peak(strength, x, y)) return;
+    StrengthRows rows;
+    for (int i = 0; i < Strengths::kRows; ++i)
+      rows[static_cast<std::size_t>(i)] = strength.row(y + i - Strengths::kRows / 2);
+    visit_peaks(rows, image.width(), least, [&](int x) {
       const Vector2d at = saddle_point(smooth, x, y);
       for (const double radius : policy::kJunctionRadiiPx) {
         auto junction = junction_on_circle(smooth, at, radius);
         if (!junction) continue;
-        junction->strength = std::sqrt(strength.row(y)[x]);
+        junction->strength = std::sqrt(rows[2][x]);
         junctions.push_back(*junction);
         break;
       }

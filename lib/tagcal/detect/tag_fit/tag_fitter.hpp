@@ -92,7 +92,7 @@ struct FlatPixels {
 };
 
 // Terms of light beyond the model's (TagFitter::admit_light), and sums over all pixels of their
-// products with each other and with the columns of a block.
+// products with each other and with the columns of a block; the last row is that of the residual.
 struct LightSums {
   static constexpr int kTerms = 7;
   using Terms = Eigen::Matrix<double, kTerms, 1>;
@@ -209,12 +209,15 @@ class TagFitter {
   PixelSpan in_picture(int row) const;
   void add_span(TagBlock*& block, std::optional<int> row, PixelSpan span);
   void add_block(TagBlock& block);
+  void keep_residuals(const TagBlock& block);
+  void add_flat_pixels();
   void add_flat(bool white);
 
   TagFit fit_by(const FitStage& stage);
   TagFit fit_last(const FitStage& stage);
   bool may_need_light() const;
-  LightSums collect_light(const LightSums::Terms& light);
+  LightSums collect_light();
+  double squares_without(const LightSums::Terms& light);
   void add_light(const TagBlock& block);
   void add_flat_light(bool white);
   void admit_light();

@@ -54,7 +54,7 @@ DisplacedLines TagFitter::displaced_lines() const {
 // The tag's parameters and the terms of light are adapted to the lines.
 LineSums TagFitter::line_sums() {
   const Eigen::Index n = displaced_.emplace(displaced_lines()).products.rows();
-  const LightSums light = collect_light(LightSums::Terms::Zero());
+  const LightSums light = collect_light();
   const Eigen::MatrixXd columns = displaced_->products.leftCols<kOwnColumns>().transpose();
   const Eigen::MatrixXd own = displaced_->products.rightCols(n);
   displaced_.reset();

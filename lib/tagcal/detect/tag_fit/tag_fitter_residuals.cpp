@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "tagcal/detect/policy/policy.hpp"
 #include "tagcal/detect/tag_fit/tag_fitter.hpp"
@@ -88,12 +89,29 @@ bool TagFitter::may_need_light() const {
 }
 
 // Computes the sums at the model's parameters, and those of the terms of light.
-LightSums TagFitter::collect_light(const LightSums::Terms& light) {
-  light_.emplace().light = light;
+LightSums TagFitter::collect_light() {
+  light_.emplace();
   collect();
   const LightSums sums = *light_;
   light_.reset();
   return sums;
+}
+
+// The sum of the squares of the residuals without some light, which stay for borders. Other sums
+// are not computed: their products are half of the work.
+double TagFitter::squares_without(const LightSums::Terms& light) {
+  light_.emplace().light = light;
+  if (!is_selection_kept_) select();
+  for (TagBlock& block : blocks_) {
+    model_.evaluate(block, derivatives_);
+    add_light(block);
+    keep_residuals(block);
+  }
+  sums_.squares = light_->products(LightSums::kTerms, kTagResidual);
+  add_flat_pixels();
+  const double squares = light_->squares_without_light(sums_.squares);
+  light_.reset();
+  return squares;
 }
 
 // The terms are a slope of black by x and y (white has one in the model), shade of second order, by
@@ -118,7 +136,7 @@ void TagFitter::add_light(const TagBlock& block) {
   column(k++) = y * y * level;
   column(k++) = x * spread;
   column(k++) = y * spread;
-  column(k).setZero();
+  column(k) = column(kTagResidual);
   fastest_tag_kernels().add_light_products(derivatives_, light_->products.data());
   for (int i = 0; i < LightSums::kTerms; ++i)
     column(kTagResidual) -= static_cast<float>(light_->light[i]) * column(kTagColumns + i);
@@ -142,7 +160,7 @@ void TagFitter::add_flat_light(bool white) {
 // Makes one more step, with the terms of light, if the residuals show these: few tags need them, so
 // they are no parameters of each step.
 void TagFitter::admit_light() {
-  const LightSums sums = collect_light(LightSums::Terms::Zero());
+  const LightSums sums = collect_light();
   Eigen::Matrix<double, kCount, LightSums::kTerms> cross;
   const auto columns = sums.columns();
   const auto of_light = sums.own();
@@ -163,12 +181,14 @@ void TagFitter::admit_light() {
   // Rounding has a structure of its own, so the terms must change levels by more than it does.
   if (!(gain > std::max(policy::kLightSure * variance, kBoxVariance * sums_.num_pixels))) return;
   const TagSums before = sums_;
+  Eigen::VectorXf residuals = border_residuals_;
   model_.set(before.at + inverse.solve(right - cross * light));
-  const LightSums after = collect_light(light);
-  const double left = after.squares_without_light(sums_.squares);
+  const double left = squares_without(light);
   if (before.squares - left < gain / 2) {  // a border sharper than a pixel: far from linear
     model_.set(before.at);
-    return collect();
+    sums_ = before;
+    border_residuals_ = std::move(residuals);
+    return;
   }
   sums_ = before;
   sums_.at = model_.parameters();

@@ -48,6 +48,10 @@ void TagFitter::collect() {
   sums_.gradient.segment(kFirst, num_rest) = sums.col(kTagResidual).segment(kRest, num_rest);
   sums_.squares = sums(kTagResidual, kTagResidual);
   sums_.num_pixels = static_cast<int>(sums(kBlack, kBlack));  // those that are not clipped
+  add_flat_pixels();
+}
+
+void TagFitter::add_flat_pixels() {
   flat_ = selected_flat_;
   for (const bool white : {false, true}) {
     add_flat(white);
@@ -74,6 +78,10 @@ void TagFitter::add_block(TagBlock& block) {
   fastest_tag_kernels().add_products(derivatives_, products_.data());
   if (light_) add_light(block);
   if (displaced_) add_lines(block);
+  keep_residuals(block);
+}
+
+void TagFitter::keep_residuals(const TagBlock& block) {
   if (stage_.is_rough) return;
   for (int i = 0; i < block.size; ++i)
     if (block.in_patch[i] >= 0)

@@ -84,7 +84,8 @@ struct TagFlatSums {
 constexpr int kTagResidual = 13;
 constexpr int kTagStraightColumns = 16;
 constexpr int kTagColumns = 28;  // with the bends
-// Further columns, where wanted: terms of light (TagFitter::admit_light), an even number.
+// Further columns, where wanted: terms of light (TagFitter::admit_light), then the residual again;
+// an even number.
 constexpr int kTagLightColumns = 8;
 
 // Pixels whose derivatives by the geometry are not zero.
