@@ -170,7 +170,8 @@ std::optional<Junction> junction_on_circle(const ImageF& image, const Vector2d& 
   for (; borders != 0; borders &= borders - 1) {
     const int i = std::countr_zero(borders);
     const float a = level[i] - middle, b = level[(i + 1) % kSamples] - middle;
-    (b > 0 ? up[num_up++] : down[num_down++]) = 2 * pi * (i + a / (a - b)) / kSamples;
+    (b > 0 ? up[num_up++] : down[num_down++]) =
+        2 * pi * (static_cast<float>(i) + a / (a - b)) / kSamples;
   }
   if (std::abs(up[1] - up[0] - pi) > policy::kMaxTurn ||
       std::abs(down[1] - down[0] - pi) > policy::kMaxTurn)
