@@ -100,6 +100,7 @@ struct CurrentEstimate {
   Camera camera;
   MatrixXd information;
   double sigma_px = 1;
+  double inflation = 1;  // of the variance of what a view tells
   ViewRowTerms rows;
   double distance_m = 1;
   SeenRegion seen;  // empty if the model has no distortion
@@ -124,6 +125,7 @@ std::optional<CurrentEstimate> current_estimate(const Calibration& c, const Boar
   CurrentEstimate current;
   current.camera = *c.camera;
   current.sigma_px = expected_noise(c);
+  current.inflation = std::max(1.0, c.variance_inflation);  // as of the views that there are
   current.rows = {image_centre(c.camera->image_size).y(), c.row_sigma / current.sigma_px};
   if (is_answer(c.status) && c.covariance.size() > 0) {
     current.models = std::make_shared<const HeldModels>(c.fixed, Model::named(c.model).kind());
@@ -208,7 +210,7 @@ struct JudgedView {
 std::vector<JudgedView> judge_candidates(const BoardPoints& board, const CurrentEstimate& current) {
   const MatrixXd effect = projection_effect(*current.model, current.camera);
   const std::vector<std::string> missing = current.seen.missing_parts();
-  const double noise = current.sigma_px * current.sigma_px;
+  const double noise = current.inflation * current.sigma_px * current.sigma_px;
   std::vector<JudgedView> all;
   for (const PossibleView& c : candidates(current.distance_m)) {
     const auto pose = pose_of(c, current.camera, board);

@@ -289,7 +289,7 @@ std::optional<DifferenceTest> difference_test(const UncertainCamera& a, const Un
   both << of_a, of_b;
   const double mean = both.squaredNorm() / static_cast<double>(common.size());
   if (!(mean > 0)) return std::nullopt;
-  const bool is_one_kind = is_exact(a) || is_exact(b) || &a.model->kind() == &b.model->kind();
+  const bool is_one_kind = &kind_of(a.camera.lens) == &kind_of(b.camera.lens);
   const DirectionSquares squares(both, is_one_kind ? policy::kNegligibleShare : 1);
   const double freedom = squares.freedom();
   // The cube root of chi-square over its degrees of freedom is nearly normal.
