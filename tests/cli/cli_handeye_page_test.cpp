@@ -136,7 +136,7 @@ TEST_F(CliHandeye, APageThatCannotBeWrittenIsRefusedBeforeAnyWork) {
   expect_bad_input(command + path("none/page.html"), {"none/page.html", "cannot be written"});
   expect_bad_input(command + path("page.txt"), {"must end in .html"});
   expect_bad_input(command + path("one.html") + " --out " + path("one.html"),
-                   {"one.html: two options would write it"});
+                   {"one.html: has the name of another kind of file"});
   fs::copy(root() / "robot.csv", root() / "robot.html");
   expect_bad_input(command + path("robot.html"), {"robot.html", "is no HTML page"});
   expect_bad_input("handeye " + kDesk + " --camera " + kDesk + "/truth.yaml --robot " +
