@@ -187,6 +187,7 @@ TEST_F(Cli, DiffOfACalibrationWithItselfIsNothing) {
     EXPECT_EQ(d["difference_px"][0].size(), 21u);
   }
   EXPECT_NE(run("diff " + a + " " + b).out.find("at infinity"), std::string::npos);
+  EXPECT_NE(run("diff " + a + " " + a).out.find("both have the same lens"), std::string::npos);
   // With a limit it is a check.
   EXPECT_EQ(run("diff " + a + " " + b + " --limit 1e-9").exit_code, 1);
   EXPECT_EQ(run("diff " + a + " " + a + " --limit 1e-9").exit_code, 3);

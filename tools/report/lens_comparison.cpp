@@ -37,10 +37,14 @@ ComparisonVerdict verdict_of(std::span<const Comparison> comparisons, double lim
   for (const Comparison& c : comparisons)
     if (c.test) smallest = std::max(smallest, c.test->smallest_px);
   const CheckVerdict verdict = change_verdict(worst->test->in_sigmas, smallest, limit_px);
-  std::string sentence = fmt::format(
-      "{} px apart at {}, where the covariances of both explain {} px",
-      two_digits(worst->difference.rms_px < kLeastPx ? 0 : worst->difference.rms_px),
-      distance_text(worst->difference.distance_m), two_digits(worst->test->expected_px));
+  const bool is_same = std::ranges::all_of(
+      comparisons, [](const Comparison& c) { return c.difference.max_px < kLeastPx; });
+  std::string sentence =
+      is_same ? "both have the same lens"
+              : fmt::format("{} px apart at {}, where the covariances of both explain {} px",
+                            two_digits(worst->difference.rms_px),
+                            distance_text(worst->difference.distance_m),
+                            two_digits(worst->test->expected_px));
   const std::string hidden =
       std::isfinite(smallest) ? two_digits(smallest) + " px" : std::string("any size");
   if (verdict == CheckVerdict::changed)
