@@ -97,7 +97,7 @@ TEST(Checkerboards, OfSharpenedPicturesAreFoundWhole) {
 }
 
 // Sharpening is found and undone: corners are as exact as without, and claim it. With overshoot that
-// the fits do not know the sum is 0.06.
+// the fits do not know the sum is 0.08.
 TEST(Checkerboards, ClaimsHoldInSharpenedPictures) {
   Random random(37);
   double sum = 0;
