@@ -17,8 +17,8 @@ struct RigDifferenceAnswer {
   std::optional<CheckVerdict> verdict;
 };
 
-// The lenses are compared far away and at the distance, over the regions
-// of the corners or the whole images. `limit_px`: the change that matters (change_verdict).
+// The lenses are compared far away and at the distance, over the regions of the corners or the
+// whole images. `limit_px`: the change that matters (change_verdict).
 RigDifferenceAnswer rig_difference(const ComparedRig& a, const ComparedRig& b, double near_m,
                                    bool whole_image, double limit_px, bool as_json);
 

@@ -242,22 +242,16 @@ std::string halves_text(const HalvesCheck& halves) {
              : fmt::format("the pictures of {} and the other pictures", halves.source);
 }
 
-namespace {
-
-bool has_finding(const std::vector<Finding>& findings, const FindingCode& code) {
-  return std::ranges::find(findings, code.name, &Finding::code) != findings.end();
-}
-
-}  // namespace
-
 std::string noise_sentence(const Calibration& calibration) {
   if (!calibration.sigma_of_corners)
     return fmt::format("{} px per coordinate ({})", two_digits(calibration.sigma_px),
                        noise_source(calibration));
-  if (has_finding(calibration.findings, code::noise_understated) && calibration.model_error_px == 0)
-    return "each corner's own covariance, which the residuals exceed";
-  if (calibration.model_error_px == 0)
-    return "each corner's own covariance, which explains the residuals";
+  if (calibration.model_error_px == 0) {
+    const bool is_exceeded =
+        std::ranges::count(calibration.findings, code::noise_understated.name, &Finding::code) > 0;
+    return std::string("each corner's own covariance, which ") +
+           (is_exceeded ? "the residuals exceed" : "explains the residuals");
+  }
   return fmt::format(
       "each corner's own covariance, and {} px per coordinate for errors of lens and target",
       two_digits(calibration.model_error_px));
