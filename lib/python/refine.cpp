@@ -47,7 +47,7 @@ const char* status_text(TagFitStatus status) {
 TagFitOptions fit_options(const std::optional<Camera>& camera, double gamma) {
   TagFitOptions options;
   if (camera) options.camera = &*camera;
-  options.gamma = positive(gamma, "gamma");
+  options.processing.gamma = positive(gamma, "gamma");
   return options;
 }
 

@@ -96,7 +96,7 @@ TEST(EdgeShift, CornersStayUnderGamma) {
   TagFitOptions options = straight_lines();
   options.shift_sd_px = 0.1;
   EXPECT_GT(trials({0, 0.45}, options).nees, 1.4);  // what the residuals show widens the claims
-  options.gamma = 0.45;
+  options.processing.gamma = 0.45;
   for (const double ink_px : {0.0, 0.1}) {
     const Trials t = trials({ink_px, 0.45}, options);
     EXPECT_EQ(t.failed, 0) << ink_px;

@@ -64,11 +64,10 @@ SharpTrials trials(SharpTags tags, const std::optional<Sharpen>& given = {}) {
     options.bend_sd_per_px = 0;
     options.shift_sd_px = 0.1;
     if (given) {
-      options.sharpen = *given;
+      options.processing.sharpen = *given;
     } else {
       const CameraProcessing found = processing_of_picture(view.image, {{&pattern, start}});
-      options.gamma = found.gamma;
-      options.sharpen = found.sharpen;
+      options.processing = found;
       result.amount += found.sharpen.amount / kCount;
       result.radius_px += found.sharpen.radius_px / kCount;
       result.num_gammas += found.gamma != 1;

@@ -121,6 +121,17 @@ struct TagSurroundings {
 // The parameters of a tag's fit beside its corners: blur, grey levels, shifts of borders and bends.
 using TagFitRest = std::array<double, 19>;
 
+// A camera's processing of the light of a picture.
+struct CameraProcessing {
+  // Grey level = light to this power, as cameras encode it for screens: it makes the blur of a
+  // border asymmetric.
+  double gamma = 1;
+  // Sharpening after that, which is undone before the fit. Amount 0: none.
+  Sharpen sharpen = {0, 1};
+
+  bool is_none() const { return gamma == 1 && sharpen.amount == 0; }
+};
+
 enum class TagFitStatus {
   converged,
   not_converged,  // the pixels do not look like this pattern near the start
@@ -161,11 +172,7 @@ struct TagFitOptions {
   // spreads, and by bloom of bright paper, each. Corners are reported without the shift. Zero: no
   // shift.
   double shift_sd_px = 0;
-  // Grey level = light to this power, as cameras encode it for screens: it makes the blur of a
-  // border asymmetric.
-  double gamma = 1;
-  // Sharpening by the camera after that, which is undone before the fit. Amount 0: none.
-  Sharpen sharpen = {0, 1};
+  CameraProcessing processing;
 };
 
 // The fit of a printed pattern to pixels. Only if it converged, the numbers are those of its

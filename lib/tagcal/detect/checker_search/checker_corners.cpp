@@ -113,12 +113,9 @@ CameraProcessing CheckerFitter::processing_of(const CheckerCorners& corners,
   std::vector<PatternPart> parts;
   for (const auto& [place, cell] : order)
     parts.push_back([&, cell = cell](const CameraProcessing& processing, int row_step) {
-      const auto fit = fit_one(cell, places,
-                               {.camera = camera_,
-                                .row_step = row_step,
-                                .is_near = true,
-                                .gamma = processing.gamma,
-                                .sharpen = processing.sharpen});
+      const auto fit = fit_one(
+          cell, places,
+          {.camera = camera_, .row_step = row_step, .is_near = true, .processing = processing});
       return fit ? PatternFit(*fit) : PatternFit();
     });
   return processing_of_parts(parts);
@@ -168,9 +165,7 @@ int CheckerFitter::fit_again(CheckerCorners& corners) const {
   const CameraProcessing processing = processing_of(corners, places);
   int count = 0;
   for (auto& [cell, corner] : corners) {
-    const auto fitted =
-        fit_one(cell, places,
-                {.camera = camera_, .gamma = processing.gamma, .sharpen = processing.sharpen});
+    const auto fitted = fit_one(cell, places, {.camera = camera_, .processing = processing});
     if (!fitted) continue;
     corner = corner_of(*fitted);
     ++count;
@@ -186,17 +181,13 @@ void CheckerFitter::fit_under_lens(CheckerCorners& corners) const {
     places.push_back({on_board(cell), corner.at});
   }
   const CameraProcessing processing = processing_of(corners, places);
-  TagFitOptions options{
-      .camera = camera_, .is_near = true, .gamma = processing.gamma, .sharpen = processing.sharpen};
+  TagFitOptions options{.camera = camera_, .is_near = true, .processing = processing};
   const auto lens = camera_ ? std::nullopt : lens_of_panel(on_panel, image_.size());
   if (lens && lens->spread <= policy::kPanelTailSpreads) options.camera = &lens->camera;
   CheckerCorners all;
   for (const auto& [cell, corner] : corners) {
     auto fitted = fit_one(cell, places, options);
-    if (!fitted)
-      fitted =
-          fit_one(cell, places,
-                  {.camera = camera_, .gamma = processing.gamma, .sharpen = processing.sharpen});
+    if (!fitted) fitted = fit_one(cell, places, {.camera = camera_, .processing = processing});
     if (fitted) all[cell] = corner_of(*fitted);
   }
   corners = std::move(all);

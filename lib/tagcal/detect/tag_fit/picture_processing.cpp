@@ -278,8 +278,7 @@ CameraProcessing processing_of_picture(const ImageView8& image,
                                       .is_rough = tag.is_rough,
                                       .is_whole = true,
                                       .row_step = row_step,
-                                      .gamma = processing.gamma,
-                                      .sharpen = processing.sharpen});
+                                      .processing = processing});
       return fit ? PatternFit(*fit) : PatternFit();
     });
   return processing_of_parts(parts);

@@ -16,14 +16,6 @@ struct TagInPicture {
   bool is_rough = false;
 };
 
-// A camera's processing of the light of a picture: TagFitOptions::gamma and sharpen.
-struct CameraProcessing {
-  double gamma = 1;
-  Sharpen sharpen = {0, 1};
-
-  bool is_none() const { return gamma == 1 && sharpen.amount == 0; }
-};
-
 // The fit of a pattern at its place in a picture with some processing, by every `row_step`-th row.
 using PatternPart = std::function<PatternFit(const CameraProcessing&, int row_step)>;
 

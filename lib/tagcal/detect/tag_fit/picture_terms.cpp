@@ -28,8 +28,7 @@ PictureTerms terms_of_picture(const ImageView8& image, std::vector<TagInPicture>
 std::optional<TagFit> fit_tag_with(const PictureTerms& terms, const ImageView8& image,
                                    const TagPattern& pattern, const Quad& start,
                                    TagFitOptions options, double reach_px) {
-  options.gamma = terms.processing.gamma;
-  options.sharpen = terms.processing.sharpen;
+  options.processing = terms.processing;
   const auto exact = fit_known_tag(image, pattern, start, options, reach_px);
   if (terms.print.is_none()) return exact;
   const auto printed = fit_known_tag(image, terms.print.printed(pattern), start, options, reach_px);

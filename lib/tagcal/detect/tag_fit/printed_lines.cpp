@@ -53,8 +53,7 @@ class LineEvidence {
                             .is_rough = tag.is_rough,
                             .is_whole = true,
                             .row_step = row_step,
-                            .gamma = processing.gamma,
-                            .sharpen = processing.sharpen};
+                            .processing = processing};
       options = with_usual_priors(options, image.size());
       const TagRegion region = whole_tag(PrintedLines{lines}.printed(*tag.pattern), tag.corners);
       TagFitter fitter(region, tag.corners, options);

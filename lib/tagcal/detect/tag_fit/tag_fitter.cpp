@@ -52,7 +52,7 @@ TagFitter::TagFitter(const TagRegion& region, const TagCorners& start, const Tag
       options_(options),
       known_shift_(known_shift),
       start_(start),
-      model_(region.grid, region.scale, options.gamma) {}
+      model_(region.grid, region.scale, options.processing.gamma) {}
 
 // Windows of growing size about the region's corner, then few rows. A window does not determine
 // bends and perspective, and hardly shifts.

@@ -77,9 +77,9 @@ template <typename T>
 void TagFitter::copy_levels(const ImageView<T>& image) {
   constexpr float kFull = std::numeric_limits<T>::max();
   model_.set_range(0, kFull);
-  if (options_.sharpen.amount > 0) {
+  if (options_.processing.sharpen.amount > 0) {
     unsharpened_.emplace(image, PixelBox{patch_.x0, patch_.y0, {patch_.width, patch_.height}},
-                         options_.sharpen);
+                         options_.processing.sharpen);
     return copy_unsharpened();
   }
   for (int y = 0; y < patch_.height; ++y) {
