@@ -2,6 +2,7 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include "python/arrays.hpp"
 #include "python/calibration.hpp"
 #include "python/records.hpp"
 #include "python/sentences.hpp"
@@ -45,7 +46,11 @@ void bind_calibrated_view(py::module_& m) {
              "(6, 6), of (omega rad, tau m) in the camera frame: R <- exp(omega) R, t <- t + tau. "
              "With model \"weak\" that of t_z is NaN.")
       .field("num_corners", &CalibratedView::num_corners, "That take part.")
-      .field("rms_px", &CalibratedView::rms_px, "sqrt(sum |r|^2 / corners).")
+      .field(
+          "residuals_px", [](const CalibratedView& v) { return array_of(v.residuals_px); },
+          "(N, 2), projected - observed of each corner that takes part, in the order of the "
+          "view's observations, without what the fit knows of the board's shape and of motion.")
+      .field("rms_px", &CalibratedView::rms_px, "sqrt(sum |r|^2 / corners), of these.")
       .field("scale_px_per_m", &CalibratedView::scale_px_per_m, "With model \"weak\"; else None.")
       .field("scale_sigma_px_per_m", &CalibratedView::scale_sigma_px_per_m,
              "Standard deviation of the scale; NaN if it is not known, 0 without a scale.")

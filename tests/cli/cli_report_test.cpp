@@ -68,6 +68,20 @@ TEST_F(CliReport, ShowsWhatCalibrateFound) {
   EXPECT_NE(data["made_by"]["command"].get<std::string>().find("--report"), std::string::npos);
 }
 
+// Of a bent board, with row terms: residuals without them are five times as large.
+TEST_F(CliReport, ResidualsAreThoseOfTheAnswer) {
+  const std::string calibrate =
+      "calibrate " TAGCAL_SOURCE_DIR "/tests/data/real_corners/euroc_cam0 --report ";
+  const Json data = data_of(calibrate + path("page.html"));
+  const Json answer = Json::parse(
+      run("calibrate " TAGCAL_SOURCE_DIR "/tests/data/real_corners/euroc_cam0 --json").out);
+  EXPECT_NEAR(data["rms_px"], answer["rms_px"], 1e-3 * answer["rms_px"].get<double>());
+  for (std::size_t i = 0; i < answer["views"].size(); ++i)
+    EXPECT_NEAR(data["views"][i]["rms_px"], answer["views"][i]["rms_px"],
+                1e-3 * answer["views"][i]["rms_px"].get<double>())
+        << i;
+}
+
 TEST_F(CliReport, EstimatesTheViewsOfACameraFromAFile) {
   const Json made = calibrated("set_file");
   const Json data = data_of(report(path("camera.yaml") + " --dataset " + path("set_file")));

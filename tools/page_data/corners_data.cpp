@@ -45,6 +45,7 @@ std::vector<PageCorner> page_corners(const PageContent& content) {
   for (std::size_t v = 0; v < content.dataset.views.size(); ++v) {
     const CalibratedView* const estimate = answered ? content.estimate_of(v) : nullptr;
     const auto& seen = content.dataset.views[v].observations;
+    std::size_t inlier = 0;
     for (std::size_t i = 0; i < seen.size(); ++i) {
       PageCorner corner{v,
                         seen[i].id,
@@ -53,9 +54,12 @@ std::vector<PageCorner> page_corners(const PageContent& content) {
                         (answered && !estimate) || outliers.contains({v, i}),
                         claimed_sd_px(calibration, seen[i])};
       const auto point = points.find(corner.id);
-      if (estimate && point != points.end())
-        if (const auto p = reprojected(content, *estimate, point->second))
+      if (estimate && point != points.end()) {
+        if (!corner.rejected && inlier < estimate->residuals_px.size())
+          corner.residual_px = -estimate->residuals_px[inlier++];
+        else if (const auto p = reprojected(content, *estimate, point->second))
           corner.residual_px = corner.pixel - *p;
+      }
       corners.push_back(corner);
     }
   }

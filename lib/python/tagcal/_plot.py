@@ -74,8 +74,7 @@ def residuals(
 
     The arrow below the image shows the scale; crosses are rejected corners. A new figure has the
     residual distribution beside the image, in a second pair of axes. Residuals without a pattern
-    are noise; a pattern over the image is a lens or a board that the model does not have, or rows
-    that are displaced (finding `rows_displaced`).
+    are noise; a pattern over the image is a lens or a board that the model does not have.
     """
     found = residuals_of(calibration, dataset)
     axes: Any = ax

@@ -69,9 +69,8 @@ def _whitened(vectors: Array, covariances: Array) -> Array:
 
 
 def residuals_of(calibration: tagcal.Calibration, dataset: tagcal.Dataset) -> Residuals:
-    """Of the board in its estimated shape. The displacement of the rows of each picture, which the
-    answer allows for too (finding `rows_displaced`), is not taken out. Raises Error if there are
-    none, or if the data set is another one."""
+    """Those of the answer (CalibratedView.residuals_px), and of rejected corners those of the board
+    in its estimated shape. Raises Error if there are none, or if the data set is another one."""
     for name, value, kind in [
         ("calibration", calibration, tagcal.Calibration),
         ("dataset", dataset, tagcal.Dataset),
@@ -90,8 +89,11 @@ def residuals_of(calibration: tagcal.Calibration, dataset: tagcal.Dataset) -> Re
         if calibration.board_warp is not None:
             points = _bent(points, dataset.target, calibration.board_warp)
         vectors = pixels - _projected(calibration.camera, dataset.size, found, points)
-        whitened = _whitened(vectors, _noise(calibration, dataset.views[found.view]))
         inlier = np.array([(found.view, i) not in rejected for i in range(len(points))])
+        if np.count_nonzero(inlier) != len(found.residuals_px):
+            raise tagcal.Error("dataset: has other corners than the calibration: it is another one")
+        vectors[inlier] = -found.residuals_px
+        whitened = _whitened(vectors, _noise(calibration, dataset.views[found.view]))
         parts.append((pixels, vectors, whitened, inlier))
     pixels, vectors, whitened, inliers = (np.concatenate(part) for part in zip(*parts))
     return Residuals(pixels, vectors, whitened, inliers.astype(bool))

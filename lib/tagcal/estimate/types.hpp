@@ -171,7 +171,10 @@ struct CalibratedView {
   Pose camera_from_world;
   Matrix6 covariance = Matrix6::Zero();  // of (omega rad, tau m) in the camera frame: `retract`
   int num_corners = 0;                   // inliers
-  double rms_px = 0;
+  // Projected - observed of each inlier, in the order of the view's observations. What the fit
+  // knows beside lens and pose is taken out: the shape of the board, and the motion of the rows.
+  std::vector<Eigen::Vector2d> residuals_px;
+  double rms_px = 0;                     // of these
   std::optional<double> scale_px_per_m;  // with model weak
   double scale_sigma_px_per_m = 0;       // NaN if it is not known
   std::optional<Pose> mirrored;  // with model weak and a plane: the second pose, which fits as well

@@ -56,14 +56,14 @@ void fill_views(Calibration& c, const CalibrationInput& input, const Calibration
     view.image = input.views[fit.used[i]].image;
     view.view = input.views[fit.used[i]].index;
     view.camera_from_world = fit.bundle.camera_from_target[i];
+    view.residuals_px = residuals_px(fit.bundle.corrected(i, buffer).correspondences,
+                                     fit.lens(fit.used[i]), view.camera_from_world);
     double view_sum = 0;
-    for (const auto& r : residuals_px(fit.bundle.corrected(i, buffer).correspondences,
-                                      fit.lens(fit.used[i]), view.camera_from_world))
-      view_sum += r.squaredNorm();
+    for (const Eigen::Vector2d& r : view.residuals_px) view_sum += r.squaredNorm();
     view.num_corners = static_cast<int>(fit.bundle.views[i].correspondences.size());
     view.rms_px = std::sqrt(view_sum / view.num_corners);
     sum += view_sum;
-    c.views.push_back(view);
+    c.views.push_back(std::move(view));
   }
   c.outliers = outliers_of(input, fit);
   c.num_corners = fit.num_inliers();

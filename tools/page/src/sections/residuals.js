@@ -28,12 +28,6 @@ function scaleBar(factor, width) {
     ` ${digits(length, 1)} px, drawn ${factor >= 1 ? digits(factor, 1) : factor} × as long`);
 }
 
-// The answer has a displacement of the rows of each picture, which is not taken out here.
-function rowsText(data) {
-  const displaced = data.findings?.some(({ code }) => code === "rows_displaced");
-  return displaced ? " The displaced rows of the pictures (see the findings) are part of the residuals." : "";
-}
-
 function vectorPlot(data, used) {
   const [width] = data.image_size;
   const crowd = Math.min(1, Math.sqrt(CROWDED / used.length));  // shorter where there are many
@@ -45,7 +39,7 @@ function vectorPlot(data, used) {
     label: `${count(used.length, "residual")}, drawn as lines over the image`,
     read: "each line starts at a corner and points to where it was seen, away from where the " +
       "camera puts it. Good: no order. Lines that turn or point the same way in a part of the " +
-      "image show a lens model or a board that does not fit." + rowsText(data),
+      "image show a lens model or a board that does not fit.",
   }, imageFrame(data.image_size, strokes(lines, crowd < 1 ? "vector crowded" : "vector"),
     dots(used.map(({ u, v }) => [u, v]), crowd < 1 ? "base crowded" : "base"),
     crosses(rejected.map(({ u, v }) => [u, v]), width / 120, "rejected")),
