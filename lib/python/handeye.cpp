@@ -93,7 +93,7 @@ std::vector<SeenPose> seen_poses(py::handle pose, bool has_rig) {
     const auto& estimate = py::cast<const PoseEstimate&>(pose);
     if (is_answer(estimate.status))
       for (const PoseHypothesis& h : estimate.hypotheses)
-        seen.push_back({h.camera_from_target, h.covariance});
+        seen.push_back({h.camera_from_target, h.noise_covariance});
     return seen;
   }
   if (py::isinstance<RigPoseEstimate>(pose)) {

@@ -98,10 +98,12 @@ PoseAndFocalEstimate estimate_with_focal(const ArrayLike& points, const ArrayLik
                                          const ArrayLike& size, double sigma_px,
                                          const ArrayLike& covariances, const ArrayLike& groups,
                                          double prior_focal_px, bool reject_outliers,
-                                         int max_iterations, std::uint64_t seed) {
+                                         int max_iterations, std::uint64_t seed,
+                                         bool exact_pinhole) {
   const Input input = input_of(points, pixels, covariances, groups);
   PoseAndFocalOptions options{pose_options(sigma_px, reject_outliers, max_iterations, seed)};
   options.prior_focal_px = not_negative(prior_focal_px, "prior_focal_px", "none");
+  options.exact_pinhole = exact_pinhole;
   options.covariance_px2 = input.covariances;
   options.groups = input.groups;
   const ImageSize image_size = size_of_argument(size, "size");
@@ -117,8 +119,9 @@ PoseEstimate estimate_of_view(const View& view, const TargetLike& target, const 
   if (camera_error_px) not_negative(*camera_error_px, "camera_error_px");
   const CalibrationFile known = known_camera(camera, "camera");
   const std::optional<double> error = camera_error_px ? camera_error_px : known.camera_error_px;
+  const UncertainCamera uncertain = uncertain_camera(known);
   py::gil_scoped_release release;
-  return estimate_pose(view_correspondences(view, boards, error), known.camera, options);
+  return estimate_pose(view_correspondences(view, boards, error), uncertain, options);
 }
 
 // The poses of many targets, as a list and as arrays.
@@ -216,7 +219,11 @@ void bind_results(py::module_& m) {
   Record<PoseHypothesis>(m, "PoseHypothesis", "One pose that fits, with its covariance.")
       .field("camera_from_target", &PoseHypothesis::camera_from_target, "The pose.")
       .field("covariance", &PoseHypothesis::covariance,
-             "(6, 6), of (omega rad, tau m) in the camera frame: R <- exp(omega) R, t <- t + tau.")
+             "(6, 6), of (omega rad, tau m) in the camera frame: R <- exp(omega) R, t <- t + tau. "
+             "It includes the error of the camera if that is not taken as exact, which all views "
+             "by one camera have in common.")
+      .field("noise_covariance", &PoseHypothesis::noise_covariance,
+             "The part of the corners' noise alone.")
       .field("rms_px", &PoseHypothesis::rms_px, "sqrt(sum |r|^2 / points) over the inliers.")
       .field("probability", &PoseHypothesis::probability, "Among the hypotheses.")
       .field("focal_px", &PoseHypothesis::focal_px, "Of this hypothesis, if estimated; else 0.")
@@ -314,16 +321,18 @@ void bind_pose(py::module_& m) {
         py::arg("size"), py::arg("sigma_px") = 0.0, py::arg("covariances") = py::none(),
         py::arg("groups") = py::none(), py::arg("prior_focal_px") = 0.0,
         py::arg("reject_outliers") = true, py::arg("max_iterations") = 50, py::arg("seed") = 0,
+        py::arg("exact_pinhole") = false,
         "Pose and focal length of a pinhole with square pixels and its principal point in the "
-        "centre of the image of `size` (width, height). Refused (\"focal_not_observable\") if the "
-        "view does not determine the focal length to 10 %.");
+        "centre of the image of `size` (width, height). The standard deviations include what "
+        "lenses are instead, unless it is an `exact_pinhole`, as of rendered pictures. Refused "
+        "(\"focal_not_observable\") if the view does not determine the focal length to 10 %.");
   m.def("estimate_view_pose", &estimate_of_view, py::arg("view"), py::arg("target"),
         py::arg("camera"), py::arg("camera_error_px") = py::none(), py::arg("sigma_px") = 0.0,
         py::arg("reject_outliers") = true, py::arg("max_iterations") = 50, py::arg("seed") = 0,
         "The pose of the camera of a view, from the corners that the target has. Their covariances "
         "are used if the error of the camera is known, from `camera` (a Calibration or an "
         "UncertainCamera) or `camera_error_px`: they do not include the errors of lens and "
-        "target.");
+        "target. The pose's covariance includes that of the camera.");
 }
 
 }  // namespace tagcal::python

@@ -84,7 +84,7 @@ TEST_F(Field, TheCameraIsWhereTheRobotIs) {
   // A size that is stated needs no warning.
   const Outcome stated = run(arguments + " --tag-size 0.1651 --json");
   EXPECT_EQ(stated.out, outcome.out);
-  EXPECT_EQ(stated.err.find("is taken"), std::string::npos) << stated.err;
+  EXPECT_EQ(stated.err.find("0.1651 m is taken"), std::string::npos) << stated.err;
   const Outcome text = run(arguments);
   EXPECT_NE(text.out.find("camera at"), std::string::npos);
   EXPECT_NE(text.out.find("az., el., roll"), std::string::npos);
@@ -100,7 +100,9 @@ TEST_F(Field, TagSizesBelongToFieldLayouts) {
 TEST_F(Field, TagsAreDetectedWithoutATarget) {
   const Outcome outcome = run("detect --family tag36h11 " + pictures());
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_NE(outcome.err.find("OK: 2 of 2 pictures show a tag of tag36h11: 6 tags"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("OK: 2 of 2 pictures show a tag of tag36h11: 6 tags"),
+            std::string::npos)
+      << outcome.err;
   const auto rows = rows_of(outcome.out);
   ASSERT_EQ(rows.size(), 1u + 2 * 3 * 4);
   EXPECT_EQ(rows[0].back(), "instance");
@@ -148,7 +150,8 @@ TEST_F(Field, MistakesWithoutATarget) {
   expect_bad_input("detect --border-bits 1 " + path("set"), {"--border-bits"});
   const Outcome none = run("detect --family tagStandard52h13" + picture);
   EXPECT_EQ(none.exit_code, 0);
-  EXPECT_NE(none.err.find("NOTHING FOUND: a tag of tagStandard52h13"), std::string::npos) << none.err;
+  EXPECT_NE(none.err.find("NOTHING FOUND: a tag of tagStandard52h13"), std::string::npos)
+      << none.err;
 }
 
 }  // namespace

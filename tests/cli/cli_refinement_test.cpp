@@ -58,8 +58,8 @@ TEST_F(Cli, PosesCountWithTheErrorOfTheCamera) {
     EXPECT_EQ(own["views"][i]["status"], "ok");
     EXPECT_TRUE(own["views"][i]["sigma_px"].is_null());  // each corner's own
     EXPECT_TRUE(silent["views"][i]["sigma_px"].is_number());
-    EXPECT_GT(stated["views"][i]["covariance"][5][5].get<double>(),
-              100 * own["views"][i]["covariance"][5][5].get<double>());
+    EXPECT_GT(stated["views"][i]["noise_covariance"][5][5].get<double>(),
+              100 * own["views"][i]["noise_covariance"][5][5].get<double>());
   }
 }
 

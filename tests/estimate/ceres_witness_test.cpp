@@ -294,6 +294,7 @@ TEST(CeresWitness, FocalLengthsAreCeresOwnMinimumWithItsCovariance) {
     const double focal_px = random.uniform(600, 1500);
     Scene scene = some_scene(centred_pinhole(focal_px), random);
     PoseAndFocalOptions options;
+    options.exact_pinhole = true;
     options.sigma_px = scene.covariances.empty() ? scene.sigma_px : 0;
     options.covariance_px2 = scene.covariances;
     options.reject_outliers = false;

@@ -106,11 +106,12 @@ TEST(RaisedNoise, CountsInTheFocalLength) {
     for (int i = 0; i < 200; ++i) {
       const PoseTask task = draw_task(some_points(n, random), {30, 60, 0.5, 1, 0.3}, random);
       const ImageSize size = task.camera.image_size;
-      const auto e = estimate_pose_and_focal(task.correspondences, size, {{.sigma_px = 0.1}, 0});
+      const auto e =
+          estimate_pose_and_focal(task.correspondences, size, {{.sigma_px = 0.1}, 0, true});
       if (!is_answer(e.status) || !is_raised(e)) continue;
       ++raised;
       const auto stated =
-          estimate_pose_and_focal(task.correspondences, size, {{.sigma_px = e.sigma_px}, 0});
+          estimate_pose_and_focal(task.correspondences, size, {{.sigma_px = e.sigma_px}, 0, true});
       expect_equal(e, stated);
       EXPECT_NEAR(e.focal_px, stated.focal_px, 1e-3);
       EXPECT_NEAR(e.sigma_focal_px, stated.sigma_focal_px, 1e-3);
@@ -126,7 +127,7 @@ TEST(RaisedNoise, IsSaidOnceBesideAPrior) {
   for (int i = 0; i < 50; ++i) {
     const PoseTask task = draw_task(square_points(0.1), {0, 30, 1, 2, 1.5}, random);
     const auto e = estimate_pose_and_focal(task.correspondences, task.camera.image_size,
-                                           {{.sigma_px = 0.3}, kStudyFocalPx});
+                                           {{.sigma_px = 0.3}, kStudyFocalPx, true});
     const auto count = std::ranges::count_if(e.findings, is_understated);
     EXPECT_LE(count, 1);
     raised += count == 1 && e.status == Status::focal_not_observable && !e.hypotheses.empty();

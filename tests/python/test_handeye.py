@@ -63,7 +63,7 @@ def test_poses_find_what_the_views_find() -> None:
 def test_poses_of_another_program_count_by_their_covariance() -> None:
     poses, robot = desk_poses()
     best = [p.hypotheses[0] for p in poses]
-    given = [(h.camera_from_target, h.covariance) for h in best]
+    given = [(h.camera_from_target, h.noise_covariance) for h in best]
     found = tagcal.calibrate_handeye_from_poses(given, robot, "hand")
     same = tagcal.calibrate_handeye_from_poses(poses, robot, "hand")
     assert np.array_equal(found.mount_from_camera.matrix, same.mount_from_camera.matrix)

@@ -39,6 +39,7 @@ struct Arguments {
   std::string rig;
   std::string pair = "name";
   bool unknown_focal = false;
+  bool exact_pinhole = false;
   double prior_focal_px = 0;
   double sigma_px = 0;
   double camera_error_px = 0;  // 0: what the camera's file says
@@ -60,6 +61,8 @@ void check_usage(const Arguments& arguments) {
   if (arguments.rig.empty() && arguments.pair != "name") throw Error("--pair: needs --rig");
   if (arguments.prior_focal_px > 0 && !arguments.unknown_focal)
     throw Error("--prior-focal: needs --unknown-focal");
+  if (arguments.exact_pinhole && !arguments.unknown_focal)
+    throw Error("--exact-pinhole: needs --unknown-focal");
   if (!arguments.out.empty())
     check_pose_file(arguments.out, {!arguments.camera.empty(), !arguments.input.family.empty()});
   const InputArguments& input = arguments.input;
@@ -74,10 +77,8 @@ void check_usage(const Arguments& arguments) {
 }
 
 struct KnownCamera {
-  std::optional<Camera> camera;           // none: the focal length is estimated
+  std::optional<UncertainCamera> camera;  // none: the focal length is estimated
   std::optional<double> camera_error_px;  // if known
-  // With its covariance, which the residuals may contradict; none if it has no covariance.
-  std::optional<UncertainCamera> claim;
 };
 
 KnownCamera known_camera(const Arguments& arguments, const Input& input) {
@@ -85,8 +86,7 @@ KnownCamera known_camera(const Arguments& arguments, const Input& input) {
   if (!arguments.camera.empty()) {
     const CalibrationFile file = read_camera(arguments.camera);
     check_image_size(file.camera.image_size, arguments.camera, input);
-    known = {file.camera, file.camera_error_px, uncertain_camera(file)};
-    if (!known.claim->model) known.claim.reset();
+    known = {uncertain_camera(file), file.camera_error_px};
   }
   if (arguments.camera_error_px > 0) known.camera_error_px = arguments.camera_error_px;
   return known;
@@ -105,11 +105,12 @@ PoseAndFocalOptions options_for(const ViewCorrespondences& problem, const Argume
   PoseAndFocalOptions options;
   options.sigma_px = arguments.sigma_px;
   options.prior_focal_px = arguments.prior_focal_px;
+  options.exact_pinhole = arguments.exact_pinhole;
   return problem.with_these(options);
 }
 
 PoseReport estimate(const ViewCorrespondences& problem, const PoseAndFocalOptions& options,
-                    const std::optional<Camera>& camera, const ImageSize& image_size) {
+                    const std::optional<UncertainCamera>& camera, const ImageSize& image_size) {
   PoseReport report;
   if (problem.ids.empty())
     add(report.findings, code::target_unseen, "no corner of the target is seen");
@@ -122,9 +123,9 @@ PoseReport estimate(const ViewCorrespondences& problem, const PoseAndFocalOption
   return report;
 }
 
-Camera camera_of(const PoseReport& report, const std::optional<Camera>& camera,
+Camera camera_of(const PoseReport& report, const std::optional<UncertainCamera>& camera,
                  const ImageSize& image_size) {
-  if (camera) return *camera;
+  if (camera) return camera->camera;
   const Eigen::Vector2d centre = image_centre(image_size);
   return {pinhole(*report.focal_px, *report.focal_px, centre.x(), centre.y()), image_size};
 }
@@ -142,7 +143,6 @@ class Poses {
         input_(input),
         camera_(known.camera),
         camera_error_px_(known.camera_error_px),
-        claim_(known.claim),
         points_(points_in_target(input.dataset.boards)) {}
 
   std::vector<PoseReport> run(const OutputFolder* folder) const {
@@ -157,8 +157,8 @@ class Poses {
           estimate(problem, options_for(problem, arguments_), camera_, input_.dataset.image_size);
       reports[i].image = views[i].image;
       reports[i].time_s = time_of(input_, views[i].image);
-      if (claim_)
-        if (auto finding = contradiction_of_camera(views[i], input_.dataset.boards, *claim_))
+      if (camera_ && camera_->model)
+        if (auto finding = contradiction_of_camera(views[i], input_.dataset.boards, *camera_))
           reports[i].findings.push_back(*std::move(finding));
       if (reports[i].focal_px) check_pinhole(views[i], reports[i]);
       report_mistakes(input_.mistakes, reports[i]);
@@ -178,8 +178,12 @@ class Poses {
         nullptr, camera_of(report, camera_, input_.dataset.image_size), {}};
     if (contradiction_of_camera(view, input_.dataset.boards, fitted))
       add(report.findings, code::residuals_correlated,
-          "the corners show that the lens is no pinhole: the focal length may be wrong by many of "
-          "its standard deviations; calibrate the lens");
+          arguments_.exact_pinhole
+              ? "the corners show that the lens is no exact pinhole, as --exact-pinhole states: "
+                "the "
+                "focal length may be wrong by many of its standard deviations"
+              : "the corners show that the lens is no pinhole, which the standard deviations "
+                "include: calibrate the lens");
   }
 
   void check_drawings(const std::vector<std::string>& names) const {
@@ -212,9 +216,8 @@ class Poses {
 
   const Arguments& arguments_;
   const Input& input_;
-  std::optional<Camera> camera_;
+  std::optional<UncertainCamera> camera_;
   std::optional<double> camera_error_px_;
-  std::optional<UncertainCamera> claim_;
   TargetPoints points_;
 };
 
@@ -258,7 +261,7 @@ int run(const Arguments& arguments) {
   const KnownCamera camera = known_camera(arguments, input);
   std::optional<OutputFolder> folder;
   if (!arguments.draw.empty()) folder.emplace(arguments.draw, OutputFolder::Taken::by_any_folder);
-  const Camera* const lens = camera.camera ? &*camera.camera : nullptr;
+  const Camera* const lens = camera.camera ? &camera.camera->camera : nullptr;
   if (arguments.input.family.empty())
     find_views(input, arguments.threads, true, lens);
   else
@@ -276,6 +279,8 @@ int run(const Arguments& arguments) {
   OutputFolder* const drawings = folder ? &*folder : nullptr;
   const std::vector<PoseReport> reports = Poses(arguments, input, camera).run(drawings);
   print_warnings(input.warnings);
+  if (camera.camera && !camera.camera->model)
+    print_note("note: {} has no covariance: the lens is taken as exact\n", arguments.camera);
   return finish(arguments, reports, drawings);
 }
 
@@ -302,6 +307,10 @@ void add_data(CLI::App& command, Arguments& arguments) {
 void add_estimate_and_outputs(CLI::App& command, Arguments& arguments) {
   add_flag(command, "--unknown-focal", arguments.unknown_focal,
            "estimate the focal length, too, of a centred pinhole; instead of --camera");
+  add_flag(command, "--exact-pinhole", arguments.exact_pinhole,
+           "with --unknown-focal: the lens is exactly that, as of rendered pictures; default: "
+           "standard deviations include what lenses are instead")
+      .seldom();
   add_positive(command, "--prior-focal", arguments.prior_focal_px,
                "px, for the pose where the view does not determine it");
   add_positive(

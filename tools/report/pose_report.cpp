@@ -64,6 +64,7 @@ Json alternative_json(const std::vector<PoseHypothesis>& hypotheses) {
   const PoseHypothesis& other = hypotheses[1];
   return {{"camera_from_board", shown_pose_json(other.camera_from_target)},
           {"covariance", matrix_json(other.covariance)},
+          {"noise_covariance", matrix_json(other.noise_covariance)},
           {"camera_in_target", camera_json(other)},
           {"rms_px", other.rms_px},
           {"probability", other.probability}};
@@ -98,6 +99,7 @@ Json view_json(const PoseReport& view) {
           {"status", status_name(view.status)},
           {"camera_from_board", best ? shown_pose_json(best->camera_from_target) : Json()},
           {"covariance", best ? matrix_json(best->covariance) : Json()},
+          {"noise_covariance", best ? matrix_json(best->noise_covariance) : Json()},
           {"camera_in_target", best ? camera_json(*best) : Json()},
           {"focal_px", or_null(view.focal_px)},
           {"sigma_focal_px", or_null(view.sigma_focal_px)},
@@ -227,8 +229,10 @@ std::string verdict_text(const PoseReport& view) {
 std::string view_text(const PoseReport& view, bool verbose) {
   std::string text = verdict_text(view);
   std::vector<Finding> findings = without_reason(view.findings);
-  // Those of the target file are the same for all views, and are printed once.
-  std::erase_if(findings, [](const Finding& f) { return f.code == code::input.name; });
+  // Those of the files are the same for all views, and are printed once.
+  std::erase_if(findings, [](const Finding& f) {
+    return f.code == code::input.name || f.code == code::lens_without_covariance.name;
+  });
   text += findings_text(findings, "  ") + focal_text(view);
   if (!view.cameras.empty())
     text += line("seen by", fmt::format("{}", fmt::join(view.cameras, ", ")));

@@ -7,7 +7,9 @@ using namespace internal;
 namespace {
 
 SeenPose read_seen_pose(const YamlValue& pose) {
-  const YamlValue covariance = pose.at("covariance");
+  // Files without it have the covariance of the noise as the only one.
+  const auto of_noise = pose.find("noise_covariance");
+  const YamlValue covariance = of_noise ? *of_noise : pose.at("covariance");
   if (!covariance.is_list())
     covariance.fail_plainly("is missing, the weight of the pose is unknown");
   SeenPose seen{read_pose(pose.at("camera_from_board"))};

@@ -1,9 +1,11 @@
 // Calibrates single views of real data sets, or random groups of a few, and compares their focal
 // length fx with the answer of all views of the set (trial 0), or with a true one: z is the
 // difference in units of the standard deviation that both claim.
+// Single views also as the `pose` of an unknown camera has them, which estimates no distortion.
 // Refused: no answer, or the answer `weak`. No answer may claim an sd(fx) / fx above 10 %.
 
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -11,6 +13,7 @@
 #include "real_sets.hpp"
 #include "studies/studies.hpp"
 #include "study/tasks/pose_tasks.hpp"
+#include "tagcal/estimate/pose.hpp"
 
 namespace tagcal {
 using namespace study;
@@ -47,20 +50,45 @@ class Set {
     const Calibration c = trial == 0 ? all_ : calibrate_views(set_.dataset, views, model_);
     std::string names;
     for (const std::size_t v : views) names += (names.empty() ? "" : " ") + std::to_string(v);
-    const bool refused = !has_focal_length(c);
-    const Claim none{std::nan(""), std::nan("")};
-    const Claim focal = refused ? none : claim_of(c, 0);
-    const Claim truth = truth_px_ > 0            ? Claim{truth_px_, 0}
-                        : has_focal_length(all_) ? claim_of(all_, 0)
-                                                 : none;
-    const double sd = 100 * focal.sd / focal.value;
-    return {{names, outcome(c), focal.value, focal.sd, truth.value, truth.sd,
-             trial == 0 ? "all views" : "groups", refused ? 1. : 0., sd > 10 ? 1. : 0.,
-             z_of(focal, truth), std::abs(z_of(focal, truth)) > 3 ? 1. : 0.,
-             100 * std::abs(focal.value - truth.value) / truth.value, sd}};
+    std::vector<Values> rows = {row(names, outcome(c), has_focal_length(c) ? claim_of(c, 0) : kNone,
+                                    trial == 0 ? "all views" : "groups")};
+    if (trial == 0 || views.size() > 1) return rows;
+    for (const bool exact_pinhole : {false, true}) {
+      const auto e = estimate_pose_and_focal(
+          view_correspondences(set_.dataset.views[views[0]], set_.dataset.boards),
+          set_.dataset.image_size, {{}, 0, exact_pinhole});
+      rows.push_back(row(names, std::string(status_name(e.status)),
+                         is_answer(e.status) ? Claim{e.focal_px, e.sigma_focal_px} : kNone,
+                         exact_pinhole ? "pose, exact pinhole" : "pose"));
+    }
+    return rows;
   }
 
  private:
+  static constexpr Claim kNone{std::numeric_limits<double>::quiet_NaN(),
+                               std::numeric_limits<double>::quiet_NaN()};
+
+  Values row(const std::string& names, const std::string& outcome, const Claim& focal,
+             const char* of) const {
+    const Claim truth = truth_px_ > 0            ? Claim{truth_px_, 0}
+                        : has_focal_length(all_) ? claim_of(all_, 0)
+                                                 : kNone;
+    const double sd = 100 * focal.sd / focal.value, z = z_of(focal, truth);
+    return {names,
+            outcome,
+            focal.value,
+            focal.sd,
+            truth.value,
+            truth.sd,
+            of,
+            std::isnan(focal.value) ? 1. : 0.,
+            sd > 10 ? 1. : 0.,
+            z,
+            std::abs(z) > 3 ? 1. : 0.,
+            100 * std::abs(focal.value - truth.value) / truth.value,
+            sd};
+  }
+
   RealSet set_;
   std::vector<std::vector<std::size_t>> groups_;
   std::string model_;

@@ -52,6 +52,7 @@ PreparedPose prepare_estimate_pose_and_focal(const PoseTask& task) {
       task,
       [](const PoseTask& t) {
         PoseAndFocalOptions options;
+        options.exact_pinhole = true;
         options.sigma_px = t.sigma_px;
         options.groups = t.groups;
         return estimate_pose_and_focal(t.correspondences, t.camera.image_size, options);

@@ -6,12 +6,13 @@
 #include <cmath>
 #include <limits>
 
+#include "tagcal/estimate/bundle/held_lens.hpp"
+#include "tagcal/estimate/bundle/lens_prior.hpp"
 #include "tagcal/estimate/findings.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/pose_hypotheses.hpp"
 #include "tagcal/estimate/pose/robust_pose.hpp"
 #include "tagcal/estimate/pose/view_checks.hpp"
-#include "tagcal/geometry/viewpoint.hpp"
 #include "tagcal/solvers/numeric/statistics.hpp"
 
 namespace tagcal {
@@ -39,6 +40,44 @@ RobustPose<N> fitted(std::span<const Correspondence> correspondences, const Lens
   estimate.sigma_px = robust.fit->noise.sigma_px;
   estimate.hypotheses = hypotheses_of<N>(*robust.problem, lens, *robust.fit, covariance);
   return robust;
+}
+
+// The inliers with a noise of 1.
+ViewProblem inliers_of(std::span<const Correspondence> correspondences, const PoseOptions& options,
+                       const auto& estimate) {
+  return inlier_view(correspondences, options.covariance_px2, estimate.outliers,
+                     std::max(estimate.sigma_px, kLeastPoseSigmaPx));
+}
+
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
+// Adds the steps of the poses by the error of the lens to their covariances.
+void add_lens_error(std::span<const Correspondence> correspondences, const PoseOptions& options,
+                    const UncertainCamera& camera, PoseEstimate& estimate) {
+  const ViewProblem view = inliers_of(correspondences, options, estimate);
+  for (PoseHypothesis& h : estimate.hypotheses) {
+    const auto response = lens_response(view, camera, h.camera_from_target, false);
+    if (response)
+      h.covariance += response->by_lens * camera.covariance * response->by_lens.transpose();
+    else
+      h.covariance.setConstant(kUnknown);
+  }
+}
+
+// The same of what a lens can be instead of a pinhole, as far as the view does not exclude it.
+void add_error_of_pinhole(std::span<const Correspondence> correspondences, const ImageSize& size,
+                          const PoseOptions& options, PoseAndFocalEstimate& estimate) {
+  const ViewProblem view = inliers_of(correspondences, options, estimate);
+  for (PoseHypothesis& h : estimate.hypotheses) {
+    const UncertainCamera lens = usual_lens(h.focal_px, size);
+    const auto response = lens_response(view, lens, h.camera_from_target, true);
+    Matrix7 share = Matrix7::Constant(kUnknown);
+    if (response)
+      share = response->by_lens * learned_covariance(*response, lens.covariance) *
+              response->by_lens.transpose();
+    h.covariance += share.topLeftCorner<6, 6>();
+    if (&h == &estimate.hypotheses.front()) estimate.covariance += share;
+  }
 }
 
 // Refuses the pose of a solver that stopped at no minimum.
@@ -142,8 +181,15 @@ std::string defect(const ImageSize& size, const PoseAndFocalOptions& options) {
   return {};
 }
 
-// Sentence for a refused focal length.
-std::string refusal(double relative_sigma, bool model_error) {
+// Sentence for a refused focal length. `of_noise`: its relative standard deviation if the lens is a
+// pinhole.
+std::string refusal(double relative_sigma, double of_noise, bool model_error) {
+  if (of_noise <= policy::kFocalRefused && relative_sigma > policy::kFocalRefused && !model_error)
+    return fmt::format(
+        "the view does not separate the focal length from the principal point and the distortion, "
+        "which are not known (standard deviation of the focal length {:.0f} %, of an exact pinhole "
+        "{:.1f} %): calibrate from several views",
+        100 * relative_sigma, 100 * of_noise);
   if (relative_sigma > policy::kFocalRefused && std::isfinite(relative_sigma))
     return fmt::format(
         "the view does not separate the focal length from the distance (standard deviation of the "
@@ -164,25 +210,6 @@ bool is_focal_observable(const RobustPose<7>& robust, double relative_sigma,
   weak = weak_poses(*robust.problem, centre);
   return by_sigma && weak_perspective_excess(*robust.problem, *robust.fit, weak, centre) >=
                          chi_square_quantile(1, policy::kQuantile1e3);
-}
-
-// Derivatives of (position, azimuth, elevation, roll) by (omega, tau) of `retract`. The position is
-// -R't, and R' exp(-omega) turns the body with axes forward, left, up, those of the camera z, -x,
-// -y, by (-omega_z, omega_x, omega_y) about them; then as for any body's rates and angles (Diebel,
-// Representing Attitude, 2006, section 5.6).
-Matrix6 camera_by_step(const Pose& camera_from_target, const RollPitchYaw& angles) {
-  const Eigen::Matrix3d target_from_camera = camera_from_target.rotation_matrix().transpose();
-  Matrix6 by_step = Matrix6::Zero();
-  by_step.topLeftCorner<3, 3>() =
-      -target_from_camera * cross_matrix(camera_from_target.translation());
-  by_step.topRightCorner<3, 3>() = -target_from_camera;
-  const double sin_roll = std::sin(angles.roll_rad), cos_roll = std::cos(angles.roll_rad);
-  const double sin_pitch = std::sin(angles.pitch_rad), cos_pitch = std::cos(angles.pitch_rad);
-  const Eigen::RowVector3d azimuth = Eigen::RowVector3d(sin_roll, cos_roll, 0) / cos_pitch;
-  by_step.block<1, 3>(3, 0) = azimuth;
-  by_step.block<1, 3>(4, 0) = Eigen::RowVector3d(-cos_roll, sin_roll, 0);
-  by_step.block<1, 3>(5, 0) = sin_pitch * azimuth - Eigen::RowVector3d(0, 0, 1);
-  return by_step;
 }
 
 // The estimate of `fit`, with warnings of corners that no picture of this size shows and of points
@@ -238,8 +265,13 @@ PoseAndFocalEstimate estimate_pose_and_focal(std::span<const Correspondence> cor
   const RobustPose<7> robust =
       fitted<7>(correspondences, lens, options, estimate, &estimate.covariance);
   if (!robust.fit) return judged(std::move(estimate));
-  const double relative = estimate.hypotheses.empty() ? std::numeric_limits<double>::infinity()
-                                                      : std::sqrt(estimate.covariance(6, 6));
+  const auto relative_sigma = [&] {
+    return estimate.hypotheses.empty() ? std::numeric_limits<double>::infinity()
+                                       : std::sqrt(estimate.covariance(6, 6));
+  };
+  const double of_noise = relative_sigma();
+  if (!options.exact_pinhole) add_error_of_pinhole(correspondences, image_size, options, estimate);
+  const double relative = relative_sigma();
   Solutions<WeakPerspectivePose, 2> weak;
   if (is_focal_observable(robust, relative, image_centre(image_size), weak)) {
     estimate.focal_px = estimate.hypotheses.front().focal_px;
@@ -250,7 +282,8 @@ PoseAndFocalEstimate estimate_pose_and_focal(std::span<const Correspondence> cor
   estimate.hypotheses.clear();
   estimate.covariance.setZero();
   if (!robust.model_error) estimate.weak_perspective = in_target_frame(*robust.problem, weak);
-  add(estimate.findings, code::focal_not_observable, refusal(relative, robust.model_error));
+  add(estimate.findings, code::focal_not_observable,
+      refusal(relative, of_noise, robust.model_error));
   if (options.prior_focal_px > 0)
     add_poses_of_prior(correspondences, image_size, options, estimate);
   return judged(std::move(estimate));
@@ -263,32 +296,23 @@ PoseEstimate estimate_pose(const ViewCorrespondences& seen, const Camera& camera
   });
 }
 
+PoseEstimate estimate_pose(const ViewCorrespondences& seen, const UncertainCamera& camera,
+                           const PoseOptions& options) {
+  PoseEstimate estimate = estimate_pose(seen, camera.camera, options);
+  if (camera.model)
+    add_lens_error(seen.correspondences, seen.with_these(options), camera, estimate);
+  else
+    add(estimate.findings, code::lens_without_covariance,
+        "the camera has no covariance: its lens is taken as exact");
+  return estimate;
+}
+
 PoseAndFocalEstimate estimate_pose_and_focal(const ViewCorrespondences& seen,
                                              const ImageSize& image_size,
                                              const PoseAndFocalOptions& options) {
   return with_view_checks(seen, image_size, [&](const auto& correspondences) {
     return estimate_pose_and_focal(correspondences, image_size, seen.with_these(options));
   });
-}
-
-CameraInTarget camera_in_target(const PoseHypothesis& hypothesis) {
-  const Pose& camera_from_target = hypothesis.camera_from_target;
-  const RollPitchYaw angles = camera_angles(camera_from_target);
-  CameraInTarget camera;
-  camera.position_m = camera_from_target.inverse().translation();
-  camera.azimuth_rad = angles.yaw_rad;
-  camera.elevation_rad = -angles.pitch_rad;
-  camera.roll_rad = angles.roll_rad;
-  camera.gimbal_lock = angles.gimbal_lock;
-  const Matrix6 by_step = camera_by_step(camera_from_target, angles);
-  camera.covariance = by_step * hypothesis.covariance * by_step.transpose();
-  if (angles.gimbal_lock) {
-    for (const Eigen::Index i : {3, 5}) {
-      camera.covariance.row(i).setConstant(std::numeric_limits<double>::quiet_NaN());
-      camera.covariance.col(i).setConstant(std::numeric_limits<double>::quiet_NaN());
-    }
-  }
-  return camera;
 }
 
 }  // namespace tagcal

@@ -24,8 +24,13 @@ PoseEstimate estimate_pose(std::span<const Correspondence> correspondences, cons
 PoseEstimate estimate_pose(const ViewCorrespondences& seen, const Camera& camera,
                            const PoseOptions& options = {});
 
+// The same pose, whose covariance includes that of the camera (bundle/held_lens.hpp).
+PoseEstimate estimate_pose(const ViewCorrespondences& seen, const UncertainCamera& camera,
+                           const PoseOptions& options = {});
+
 // Returns pose and focal length of a pinhole with square pixels and its principal point in the
 // centre of the image, from four points or more: in a plane that is tilted enough, or in space. The
+// standard deviations include what lenses are instead (PoseAndFocalOptions::exact_pinhole). The
 // focal length is refused (focal_not_observable) if sd(f) / f exceeds 10 % at the estimate, if weak
 // perspective explains the view as well, or if the residuals show that the lens is no pinhole.
 PoseAndFocalEstimate estimate_pose_and_focal(std::span<const Correspondence> correspondences,

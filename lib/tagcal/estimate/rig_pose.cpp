@@ -197,8 +197,8 @@ double rms_px_of(std::span<const SeeingCamera> cameras, const Pose& rig_from_tar
 void add_hypothesis(const SeenPose& seen, const KnownRig& rig, double rms_px, double probability,
                     RigPoseEstimate& estimate) {
   estimate.rig.hypotheses.push_back({seen.camera_from_target,
-                                     seen.covariance + covariance_of(seen.response, rig), rms_px,
-                                     probability});
+                                     seen.covariance + covariance_of(seen.response, rig),
+                                     seen.covariance, rms_px, probability});
   estimate.parts.push_back(seen);
 }
 
@@ -302,9 +302,10 @@ RigPoseEstimate estimate_rig_pose(std::span<const ViewCorrespondences> seen, con
     estimate.of_cameras.push_back(estimate_pose(seen[c], rig.cameras[c].camera.camera, options));
   for (std::size_t c = 0; c < n; ++c)
     if (const PoseEstimate& own = estimate.of_cameras[c]; is_answer(own.status))
-      cameras.push_back({c, &rig.cameras[c], &own,
-                         inlier_view(seen[c].correspondences, seen[c].covariance_px2, own.outliers,
-                                     std::max(own.sigma_px, kLeastNoisePx))});
+      cameras.push_back(
+          {c, &rig.cameras[c], &own,
+           inlier_view(seen[c].correspondences, seen[c].with_these(options).covariance_px2,
+                       own.outliers, std::max(own.sigma_px, kLeastNoisePx))});
   PoseEstimate& joint = estimate.rig;
   if (cameras.empty())
     add(joint.findings, code::target_unseen, "no camera alone determines a pose of the target");

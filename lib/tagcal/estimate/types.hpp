@@ -78,11 +78,14 @@ struct PoseOptions {
 struct PoseHypothesis {
   Pose camera_from_target;
   // By (omega rad, tau m) in the camera frame: `retract`. Wider than the inverse of the information
-  // if the rotation is weakly determined, so that its ellipsoid contains the profile likelihood.
+  // if the rotation is weakly determined, so that its ellipsoid contains the profile likelihood. It
+  // includes the error of the camera if that is not taken as exact: an error that all views by one
+  // camera have in common.
   Matrix6 covariance = Matrix6::Zero();
-  double rms_px = 0;       // sqrt(sum |r|^2 / points) over the inliers
-  double probability = 1;  // likelihood, normalised over the hypotheses
-  double focal_px = 0;     // of this hypothesis, if it was estimated; else 0
+  Matrix6 noise_covariance = Matrix6::Zero();  // the part of the corners' noise alone
+  double rms_px = 0;                           // sqrt(sum |r|^2 / points) over the inliers
+  double probability = 1;                      // likelihood, normalised over the hypotheses
+  double focal_px = 0;                         // of this hypothesis, if it was estimated; else 0
 };
 
 struct PoseEstimate {
@@ -97,6 +100,10 @@ struct PoseEstimate {
 
 struct PoseAndFocalOptions : PoseOptions {
   double prior_focal_px = 0;  // used for the poses if the view does not determine f; 0: none
+  // The lens is exactly a centred pinhole with square pixels, as that of rendered pictures. Else
+  // all standard deviations include what a lens can be instead: principal point, aspect and
+  // distortion by the priors of a calibration, as far as the view itself does not exclude them.
+  bool exact_pinhole = false;
 };
 
 using Matrix7 = Eigen::Matrix<double, 7, 7, Eigen::DontAlign>;

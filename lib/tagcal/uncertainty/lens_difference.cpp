@@ -231,8 +231,8 @@ class DirectionSquares {
   double sum_ = 0, squares_ = 0;
 };
 
-// The differences of lens b from lens a at samples, after the motion of the camera. Zero where
-// there is none.
+// The differences of lens b from lens a at samples, after the motion of the camera. A sample whose
+// ray one of the lenses does not have counts as equal.
 VectorXd differences(const Lens& a, const Lens& b, std::span<const Vector2d> samples,
                      const LensDifference& difference) {
   VectorXd result = VectorXd::Zero(2 * static_cast<Eigen::Index>(samples.size()));

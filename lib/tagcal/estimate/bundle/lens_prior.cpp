@@ -1,5 +1,6 @@
 #include "tagcal/estimate/bundle/lens_prior.hpp"
 
+#include <Eigen/LU>
 #include <cmath>
 #include <vector>
 
@@ -128,6 +129,18 @@ PriorRows lens_prior(const Model& model, std::span<const double> free_values,
     rows.by_parameters.row(i) = residual.by_z * term.gradient.transpose();
   }
   return rows;
+}
+
+UncertainCamera usual_lens(double focal_px, const ImageSize& size) {
+  const Eigen::Vector2d centre = image_centre(size);
+  UncertainCamera usual{
+      &Model::named("opencv5"), {pinhole(focal_px, focal_px, centre.x(), centre.y()), size}, {}};
+  const std::vector<double> values = usual.model->free_values(usual.camera.lens);
+  const Eigen::MatrixXd rows = lens_prior(*usual.model, values, size).by_parameters;
+  Eigen::MatrixXd without_mean = Eigen::MatrixXd::Identity(usual.num_free(), usual.num_free());
+  without_mean.topLeftCorner<2, 2>().array() -= 1 / 2.;  // of fx and fy
+  usual.covariance = without_mean * (rows.transpose() * rows).inverse() * without_mean;
+  return usual;
 }
 
 }  // namespace tagcal::internal

@@ -4,6 +4,7 @@
 #include <span>
 
 #include "tagcal/camera/model.hpp"
+#include "tagcal/uncertainty/uncertain_camera.hpp"
 
 namespace tagcal::internal {
 
@@ -32,5 +33,9 @@ StudentResidual student_residual(double z);
 // each by its student_residual. Held parameters have no prior.
 PriorRows lens_prior(const Model& model, std::span<const double> free_values,
                      const ImageSize& size);
+
+// A centred pinhole of this focal length with the covariance that the prior gives a lens of model
+// opencv5 about it; the mean of fx and fy is exact.
+UncertainCamera usual_lens(double focal_px, const ImageSize& size);
 
 }  // namespace tagcal::internal

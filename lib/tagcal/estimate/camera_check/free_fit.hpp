@@ -18,7 +18,7 @@ struct FreeFit {
   Connected connected;
   double freedom = 0;  // of the residuals
   std::vector<CheckedCamera> cameras;
-  // Of each camera: the RMS of its residuals with the poses that the rig shares, over
+  // By camera: the RMS of the residuals that the rig's common poses leave, as a multiple of
   // CheckedCamera::known_rms_px.
   std::vector<double> strain;
 };

@@ -160,14 +160,12 @@ std::optional<HandeyeSight> HandeyeSights::sight_of(const SeenView& view,
     sight.own.assign(view.poses.begin(), view.poses.end());
     return sight;
   }
-  sight.corners =
-      inlier_view(view.corners, whitened ? view.covariance_px2 : std::span<const Matrix2>(),
-                  view.own.outliers, sigma_px_);
   // Residuals that contradict the corners' covariances raise them (fit_pose_robustly).
-  if (whitened && view.own.sigma_px > 1)
-    for (Matrix2& w : sight.corners.whitening.own()) w /= view.own.sigma_px;
+  sight.corners = whitened ? inlier_view(view.corners, view.covariance_px2, view.own.outliers,
+                                         std::max(1.0, view.own.sigma_px))
+                           : inlier_view(view.corners, {}, view.own.outliers, sigma_px_);
   for (const PoseHypothesis& h : view.own.hypotheses)
-    sight.own.push_back({h.camera_from_target, h.covariance});
+    sight.own.push_back({h.camera_from_target, h.noise_covariance});
   return sight;
 }
 

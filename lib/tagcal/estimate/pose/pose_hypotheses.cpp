@@ -107,7 +107,7 @@ PoseHypothesis hypothesis_of(const PoseProblem& problem, const Lens& lens,
   hypothesis.camera_from_target = camera_from_plane * problem.spread().plane_from_target_pose();
   change_origin<N>(hypothesis.camera_from_target.translation() - camera_from_plane.translation(),
                    of_step);
-  hypothesis.covariance = of_step.template topLeftCorner<6, 6>();
+  hypothesis.covariance = hypothesis.noise_covariance = of_step.template topLeftCorner<6, 6>();
   hypothesis.focal_px = solution.state.focal_px;
   hypothesis.rms_px = rms_px(problem, lens, solution);
   return hypothesis;

@@ -102,11 +102,12 @@ ViewProblem inlier_view(std::span<const Correspondence> correspondences,
                         std::span<const Matrix2> covariance_px2,
                         std::span<const std::size_t> outliers, double sigma_px) {
   ViewProblem view;
-  const Matrix2 by_sigma = Matrix2::Identity() / sigma_px;
   for (std::size_t i = 0; i < correspondences.size(); ++i) {
     if (std::ranges::binary_search(outliers, i)) continue;
     view.correspondences.push_back(correspondences[i]);
-    view.whitening.push_back(covariance_px2.empty() ? by_sigma : whitening_of(covariance_px2[i]));
+    const Matrix2 whitening =
+        covariance_px2.empty() ? Matrix2::Identity() : whitening_of(covariance_px2[i]);
+    view.whitening.push_back(whitening / sigma_px);
   }
   return view;
 }

@@ -63,8 +63,8 @@ std::vector<double> whitened_squares(const ViewProblem& view, const Lens& lens,
 // Returns the corners of a view whose number in `takes_part` is 1.
 ViewProblem chosen(const ViewProblem& view, std::span<const std::uint8_t> takes_part);
 
-// The correspondences that are not outliers (ascending), with a noise of 1: whitened by their
-// covariances or, without any, by sigma_px.
+// The correspondences that are not outliers (ascending), with a noise of 1: whitened by sigma_px
+// and by their covariances, if they have any, which sigma_px raises (PoseEstimate::sigma_px).
 ViewProblem inlier_view(std::span<const Correspondence> correspondences,
                         std::span<const Matrix2> covariance_px2,
                         std::span<const std::size_t> outliers, double sigma_px);
