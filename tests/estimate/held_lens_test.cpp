@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 
+#include "tagcal/error.hpp"
 #include "tagcal/estimate/bundle/lens_prior.hpp"
 #include "tagcal/estimate/pose.hpp"
 #include "worlds.hpp"
@@ -153,6 +154,11 @@ TEST(HeldLens, ACameraWithoutCovarianceIsTakenAsExactAndSaidToBe) {
   ASSERT_EQ(e.status, Status::ok);
   EXPECT_EQ(e.findings.front().code, "lens_without_covariance");
   EXPECT_EQ(e.hypotheses[0].covariance, estimate_pose(seen, camera).hypotheses[0].covariance);
+  UncertainCamera known = uncertain();
+  known.covariance.resize(0, 0);  // exact, too
+  EXPECT_EQ(estimate_pose(seen, known).findings.front().code, "lens_without_covariance");
+  known.covariance = MatrixX::Identity(3, 3);
+  EXPECT_THROW(estimate_pose(seen, known), Error);
 }
 
 // Lenses as the prior of a calibration has them, each before a tag or a few corners of a board,

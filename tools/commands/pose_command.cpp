@@ -179,9 +179,8 @@ class Poses {
     if (contradiction_of_camera(view, input_.dataset.boards, fitted))
       add(report.findings, code::residuals_correlated,
           arguments_.exact_pinhole
-              ? "the corners show that the lens is no exact pinhole, as --exact-pinhole states: "
-                "the "
-                "focal length may be wrong by many of its standard deviations"
+              ? "the corners show that the lens is no exact pinhole: the focal length may be wrong "
+                "by many of its standard deviations; leave --exact-pinhole away"
               : "the corners show that the lens is no pinhole, which the standard deviations "
                 "include: calibrate the lens");
   }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "tagcal/error.hpp"
 #include "tagcal/estimate/bundle/held_lens.hpp"
 #include "tagcal/estimate/bundle/lens_prior.hpp"
 #include "tagcal/estimate/findings.hpp"
@@ -298,8 +299,12 @@ PoseEstimate estimate_pose(const ViewCorrespondences& seen, const Camera& camera
 
 PoseEstimate estimate_pose(const ViewCorrespondences& seen, const UncertainCamera& camera,
                            const PoseOptions& options) {
+  const Eigen::Index k = camera.num_free();
+  const bool is_exact = k == 0 || camera.covariance.size() == 0;
+  if (!is_exact && (camera.covariance.rows() != k || camera.covariance.cols() != k))
+    throw Error(fmt::format("the covariance of the lens must be {} x {}", k, k));
   PoseEstimate estimate = estimate_pose(seen, camera.camera, options);
-  if (camera.model)
+  if (!is_exact)
     add_lens_error(seen.correspondences, seen.with_these(options), camera, estimate);
   else
     add(estimate.findings, code::lens_without_covariance,

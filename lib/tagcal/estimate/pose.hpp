@@ -24,7 +24,8 @@ PoseEstimate estimate_pose(std::span<const Correspondence> correspondences, cons
 PoseEstimate estimate_pose(const ViewCorrespondences& seen, const Camera& camera,
                            const PoseOptions& options = {});
 
-// The same pose, whose covariance includes that of the camera (bundle/held_lens.hpp).
+// The same pose, whose covariance includes that of the camera (bundle/held_lens.hpp). Throws Error
+// if that does not have the size of its model.
 PoseEstimate estimate_pose(const ViewCorrespondences& seen, const UncertainCamera& camera,
                            const PoseOptions& options = {});
 
