@@ -13,6 +13,8 @@
 #      which refuses an alignment of other flags. At most 72 of them.
 #   5. What stands in a sub-room is in the namespace tagcal::internal.
 #   6. A room of the tools includes itself and rooms to the left.
+#   7. Classes in sub-rooms have distinct names: two of one name in tagcal::internal are undefined
+#      behaviour as soon as both are in one program.
 cmake_minimum_required(VERSION 3.23)
 
 set(layers internal geometry solvers camera viewing scene uncertainty reproject estimate detect io validate study)
@@ -146,6 +148,22 @@ function(check_namespace library file)
   endif()
 endfunction()
 
+# Classes are collected in the global properties class_<name>.
+function(check_class_names library file)
+  if(NOT file MATCHES "^tagcal/[^/]+/[^/]+/[^/]+\\.hpp$")
+    return()
+  endif()
+  file(STRINGS "${library}/${file}" lines REGEX "^(struct|class|enum class) .*{")
+  foreach(line IN LISTS lines)
+    string(REGEX REPLACE "^(struct|class|enum class) (alignas[^ ]* )?([A-Za-z0-9_]+).*" "\\3" name "${line}")
+    get_property(other GLOBAL PROPERTY class_${name})
+    if(other AND NOT other STREQUAL file)
+      message(FATAL_ERROR "${file}: ${name} is also a class of ${other}: rename one")
+    endif()
+    set_property(GLOBAL PROPERTY class_${name} "${file}")
+  endforeach()
+endfunction()
+
 # Includes of each module are collected in the global property includes_<module>.
 function(check_file library relative)
   layer_of("${relative}" layer)
@@ -174,6 +192,7 @@ function(check_file library relative)
     endif()
   endforeach()
   check_namespace("${library}" "${relative}")
+  check_class_names("${library}" "${relative}")
   set_property(GLOBAL APPEND PROPERTY modules ${module})
   set_property(GLOBAL APPEND PROPERTY includes_${module} ${theirs})
 endfunction()
@@ -349,6 +368,10 @@ if(SCRATCH)
   expect(1 "tagcal/camera/kernels/a.hpp=<vector>\nnamespace tagcal {\n}")
   expect(1 "tagcal/estimate/bundle/a.hpp=\"tagcal/estimate/bundle/b.hpp\""
            "tagcal/estimate/bundle/b.cpp=\"tagcal/estimate/bundle/a.hpp\"")
+  expect(0 "tagcal/camera/kernels/a.hpp=<vector>\nstruct A {\n}"
+           "tagcal/scene/light/b.hpp=<vector>\nstruct B {\n}")
+  expect(1 "tagcal/camera/kernels/a.hpp=<vector>\nstruct A {\n}"
+           "tagcal/scene/light/b.hpp=<vector>\nclass A {\n}")
   expect(0 "draw/a.cpp=\"job/b.hpp\"" "job/b.hpp=\"tagcal/error.hpp\"")
   expect(0 "studies/b.cpp=\"job/b.hpp\"" "job/b.hpp=\"study/chart/chart.hpp\"")
   expect(0 "commands/a.cpp=\"commands/a.hpp\"" "commands/a.hpp=\"watch/b.hpp\""

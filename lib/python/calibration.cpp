@@ -18,20 +18,12 @@
 namespace tagcal::python {
 namespace {
 
-// A value and its standard deviation, which gives the number of decimals.
-std::string with_sigma(double value, double sigma) {
-  if (!(sigma > 0 && std::isfinite(sigma))) return number(value);
-  const int decimals = std::clamp(1 - static_cast<int>(std::floor(std::log10(sigma))), 0, 12);
-  return internal::with_decimals(value, decimals) + " +- " +
-         internal::with_decimals(sigma, decimals);
-}
-
 std::string calibration_text(const Calibration& c) {
   if (!is_answer(c.status)) return refusal(c.status, c.findings);
   std::string text = std::string(status_name(c.status)) + ", " + c.model;
   if (const std::optional<Camera> camera = camera_of_answer(c)) {
     const double f = parameters(camera->lens)[0];
-    text += ", f " + with_sigma(f, c.sigmas.empty() ? 0 : c.sigmas[0]) + " px";
+    text += ", f " + internal::with_sigma(f, c.sigmas.empty() ? 0 : c.sigmas[0]) + " px";
   }
   return text + ", rms " + number(c.rms_px, 3) + " px" + warnings_text(c.findings);
 }

@@ -23,7 +23,6 @@ TEST(CompleteBoard, OneTagLeadsToAllOthersThroughAFisheye) {
     for (const int seed : {0, 14, 29}) {
       const Completion completion = completed(sight, {sight.seed(seed)});
       EXPECT_EQ(completion.tags.size(), 30u) << "from tag " << seed << "\n" << missing(completion);
-      EXPECT_EQ(completion.added.size(), 29u);
     }
   }
 }

@@ -65,6 +65,34 @@ TEST(ImageFilters, DoublingStaysInRangeAndHalvingUndoesIt) {
     for (int x = 2; x < 10; ++x) EXPECT_EQ(back.row(y)[x], 20 + 8 * x + 4 * y);
 }
 
+// Squares of a few pixels, turned, in noise, and the same behind the filters of a sensor.
+TEST(ImageFilters, OnlyAMosaicOfSmallPicturesIsOne) {
+  Random random(5);
+  int mosaics = 0, named = 0;
+  for (int i = 0; i < 400; ++i) {
+    const auto width = static_cast<int>(random.uniform(8, 64));
+    const auto height = static_cast<int>(random.uniform(8, 48));
+    const double side = random.uniform(3, 8), turn = random.uniform(0, 1);
+    Image8 image({width, height}), raw({width, height});
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width; ++x) {
+        const double u = (x + turn * y) / side, v = (y - turn * x) / side;
+        const bool is_white = (std::lround(u) + std::lround(v)) % 2 == 0;
+        const double level = (is_white ? 180 : 60) + 3 * random.normal();
+        image.row(y)[x] = static_cast<std::uint8_t>(std::lround(level));
+        raw.row(y)[x] =
+            static_cast<std::uint8_t>(std::lround((x + y) % 2 == 0 ? level : 0.6 * level));
+      }
+    if (PictureWithoutMosaic(image).gain > 1) ++named;
+    if (width >= 32 && height >= 32 && side > 4) {
+      ++mosaics;
+      EXPECT_NEAR(PictureWithoutMosaic(raw).gain, 1 / 0.6, 0.1) << width << 'x' << height;
+    }
+  }
+  EXPECT_LE(named, 4);
+  EXPECT_GT(mosaics, 30);
+}
+
 // Of 12 px and 15 px AprilTag sees few, in a doubled picture most.
 TEST(ImageFilters, TagsAreReadDownToTwelvePixels) {
   for (const double side : {12.0, 15.0}) {

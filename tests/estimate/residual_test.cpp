@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tagcal/estimate/pose/ransac.hpp"
 #include "tagcal/estimate/pose/reprojection.hpp"
 #include "worlds.hpp"
 
@@ -87,7 +88,7 @@ TEST(ResidualTest, ResidualsOfAWrongLensAreCorrelated) {
 
 TEST(ResidualTest, WithinAndComplement) {
   const std::vector<double> squares = {0, 24.9, 25.1, 1e9, 3};
-  const std::vector<std::size_t> near = within(squares, 25);
+  const std::vector<std::size_t> near = indices_within(squares, 25);
   EXPECT_EQ(near, (std::vector<std::size_t>{0, 1, 4}));
   EXPECT_EQ(complement(near, 5), (std::vector<std::size_t>{2, 3}));
   EXPECT_EQ(complement({}, 2), (std::vector<std::size_t>{0, 1}));

@@ -2,7 +2,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -16,6 +15,7 @@
 #include "job/camera_input.hpp"
 #include "job/digest.hpp"
 #include "job/messages.hpp"
+#include "job/number_argument.hpp"
 #include "job/outputs.hpp"
 #include "job/progress.hpp"
 #include "job/terminal.hpp"
@@ -179,12 +179,10 @@ std::map<std::string, double> fixed_values(const std::vector<std::string>& texts
   for (const std::string& text : texts) {
     const std::size_t sign = text.find('=');
     const std::string number = sign == std::string::npos ? "" : text.substr(sign + 1);
-    double value = 0;
-    const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), value);
-    if (sign == 0 || error != std::errc() || end != number.data() + number.size())
-      throw Error(fmt::format("--fix: must be NAME=VALUE, got {}", text));
+    const auto value = number_of<double>(number);
+    if (sign == 0 || !value) throw Error(fmt::format("--fix: must be NAME=VALUE, got {}", text));
     const std::string name = text.substr(0, sign);
-    if (!values.emplace(name, value).second)
+    if (!values.emplace(name, *value).second)
       throw Error(fmt::format("--fix: {} is given twice", name));
   }
   return values;

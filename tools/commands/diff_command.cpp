@@ -16,6 +16,7 @@
 #include "job/messages.hpp"
 #include "job/plain_text.hpp"
 #include "job/terminal.hpp"
+#include "report/json_parts.hpp"
 #include "report/lens_comparison.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/internal/degrees.hpp"
@@ -87,7 +88,7 @@ Json difference_json(const Comparison& comparison) {
   const Eigen::Vector3d turn = log_rotation(d.b_from_a.rotation()) / kDegree;
   const Eigen::Vector3d& move = d.b_from_a.translation();
   const WholeImage whole = whole_image(d);
-  return {{"distance_m", std::isfinite(d.distance_m) ? Json(d.distance_m) : Json("infinity")},
+  return {{"distance_m", distance_json(d.distance_m)},
           {"rms_px", d.rms_px},
           {"max_px", d.max_px},
           {"expected_px", comparison.test ? Json(comparison.test->expected_px) : Json()},

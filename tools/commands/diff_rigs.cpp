@@ -13,6 +13,7 @@
 #include "job/messages.hpp"
 #include "job/plain_text.hpp"
 #include "job/terminal.hpp"
+#include "report/json_parts.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/internal/degrees.hpp"
 #include "tagcal/io/camera_file.hpp"
@@ -143,8 +144,7 @@ std::string three_steps(const PlaceDifference& pair, int first, double unit) {
     const double sigma =
         pair.covariance ? std::sqrt(std::max(0.0, (*pair.covariance)(i, i))) : std::nan("");
     const double step = without_rounding(pair.step[i], kLeastStep);
-    const Measured m = measured(unit * step, unit * sigma);
-    text += fmt::format("  {:>20}", m.sigma.empty() ? m.value : m.value + " +- " + m.sigma);
+    text += fmt::format("  {:>20}", with_sigma(unit * step, unit * sigma));
   }
   return text;
 }
@@ -170,10 +170,6 @@ std::string rigs_text(const RigDifference& difference, const std::string& a, con
        {std::pair(&difference.only_in_a, a), {&difference.only_in_b, b}})
     if (!names->empty()) text += fmt::format("only in {}: {}\n", file, fmt::join(*names, ", "));
   return text + "\n" + verdict_text(rigs_verdict(difference, limit_px));
-}
-
-RigJson optional_json(const std::optional<double>& value) {
-  return value ? RigJson(*value) : RigJson();
 }
 
 RigJson three_json(const Vector6d& values, int first, double unit) {
@@ -202,8 +198,7 @@ RigJson rigs_json(const RigDifference& difference, const std::string& a, const s
   for (std::size_t i = 0; i < difference.lenses.size(); ++i) {
     RigJson list = RigJson::array();
     for (const Comparison& c : difference.lenses[i].comparisons) {
-      const double metres = c.difference.distance_m;
-      list.push_back({{"distance_m", std::isfinite(metres) ? RigJson(metres) : RigJson("infinity")},
+      list.push_back({{"distance_m", distance_json(c.difference.distance_m)},
                       {"rms_px", c.difference.rms_px},
                       {"max_px", c.difference.max_px},
                       {"expected_px", c.test ? RigJson(c.test->expected_px) : RigJson()},

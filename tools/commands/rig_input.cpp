@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <filesystem>
 #include <ranges>
 
@@ -11,6 +10,7 @@
 #include "job/camera_input.hpp"
 #include "job/find_corners.hpp"
 #include "job/messages.hpp"
+#include "job/number_argument.hpp"
 #include "job/shutter.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/rig_file.hpp"
@@ -74,10 +74,8 @@ std::vector<Instant> paired(const RigInputArguments& arguments,
     std::string number = pair.substr(5);
     if (number.ends_with("ms")) number.resize(number.size() - 2);
     if (number == "find") number = kFindTolerance;
-    double tolerance_ms = 0;
-    const auto [end, error] =
-        std::from_chars(number.data(), number.data() + number.size(), tolerance_ms);
-    if (error != std::errc() || end != number.data() + number.size() || !(tolerance_ms > 0))
+    const double tolerance_ms = number_of<double>(number).value_or(0);
+    if (!(tolerance_ms > 0))
       throw Error("--pair: must be time:find, or time:5ms or another number of milliseconds, got " +
                   pair);
     return pair_by_time(cameras, tolerance_ms / 1e3);

@@ -16,6 +16,7 @@
 #include "job/plain_text.hpp"
 #include "job/progress.hpp"
 #include "job/terminal.hpp"
+#include "report/json_parts.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/camera_file.hpp"
 #include "tagcal/io/rig_file.hpp"
@@ -45,8 +46,8 @@ Json parameters_json(const std::vector<ParameterError>& errors) {
     parameters.push_back({{"name", p.name},
                           {"estimate", p.estimate},
                           {"truth", p.truth},
-                          {"sigma", p.sigma ? Json(*p.sigma) : Json()},
-                          {"in_sigmas", p.in_sigmas ? Json(*p.in_sigmas) : Json()}});
+                          {"sigma", optional_json(p.sigma)},
+                          {"in_sigmas", optional_json(p.in_sigmas)}});
   }
   return parameters;
 }

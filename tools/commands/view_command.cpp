@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <memory>
 #include <string>
@@ -12,6 +11,7 @@
 #include "job/arguments.hpp"
 #include "job/input.hpp"
 #include "job/messages.hpp"
+#include "job/number_argument.hpp"
 #include "job/view_input.hpp"
 #include "report/view_text.hpp"
 #include "tagcal/error.hpp"
@@ -36,11 +36,9 @@ std::vector<double> numbers(const std::string& text, char separator) {
   std::vector<double> result;
   for (std::size_t begin = 0; begin <= text.size();) {
     const std::size_t end = std::min(text.find(separator, begin), text.size());
-    double value = 0;
-    const char* last = text.data() + end;
-    const auto [stop, error] = std::from_chars(text.data() + begin, last, value);
-    if (error != std::errc() || stop != last || !std::isfinite(value)) return {};
-    result.push_back(value);
+    const auto value = number_of<double>(std::string_view(text).substr(begin, end - begin));
+    if (!value || !std::isfinite(*value)) return {};
+    result.push_back(*value);
     begin = end + 1;
   }
   return result;

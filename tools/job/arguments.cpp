@@ -12,6 +12,7 @@
 #include <span>
 #include <utility>
 
+#include "job/number_argument.hpp"
 #include "tagcal/camera/model.hpp"
 #include "tagcal/detect/families.hpp"
 #include "tagcal/error.hpp"
@@ -20,15 +21,6 @@
 
 namespace tagcal::tools {
 namespace {
-
-template <typename T>
-std::optional<T> number_of(const std::string& text) {
-  T value{};
-  const char* end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data(), end, value);
-  if (error != std::errc() || stop != end) return std::nullopt;
-  return value;
-}
 
 // A script's empty variable is no value, and must not be taken for an option that was left out.
 std::string not_empty(const std::string& text) { return text.empty() ? "must not be empty" : ""; }

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <cstdint>
 #include <functional>
 #include <iterator>
@@ -15,6 +14,7 @@
 #include <utility>
 
 #include "job/frame_walk.hpp"
+#include "job/number_argument.hpp"
 #include "job/piped_video.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/internal/spread_indices.hpp"
@@ -114,13 +114,6 @@ std::vector<fs::path> files_of_list(const fs::path& list) {
   return files;
 }
 
-std::optional<std::size_t> number_of_frame(const std::string& text) {
-  std::size_t number = 0;
-  const char* const end = text.data() + text.size();
-  const auto [last, error] = std::from_chars(text.data(), end, number);
-  return error == std::errc() && last == end ? std::optional(number) : std::nullopt;
-}
-
 std::vector<std::size_t> chosen_frames(const fs::path& file, std::size_t num_frames,
                                        const FrameChoice& choice) {
   if (!choice.these.empty()) {
@@ -197,7 +190,7 @@ FrameChoice frame_choice(const std::string& text) {
   constexpr std::string_view kEvery = "every:";
   if (text.starts_with(kEvery)) {
     const std::string count = text.substr(kEvery.size());
-    const auto every = number_of_frame(count);
+    const auto every = number_of<std::size_t>(count);
     if (!every || *every == 0)
       throw Error(fmt::format("--frames: every:N needs a number from 1 on, got {}", text));
     return {*every, {}};
@@ -207,7 +200,7 @@ FrameChoice frame_choice(const std::string& text) {
         fmt::format("--frames: must be auto, evenly, all, every:N or a file, got {}", text));
   FrameChoice choice;
   for_each_line(text, [&](const std::string& line, int number) {
-    const auto frame = number_of_frame(line);
+    const auto frame = number_of<std::size_t>(line);
     if (!frame)
       throw Error(
           fmt::format("{}: line {}: must be the number of a frame, got {}", text, number, line));

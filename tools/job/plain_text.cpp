@@ -1,12 +1,12 @@
 #include "job/plain_text.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <vector>
 
+#include "job/number_argument.hpp"
 #include "tagcal/io/text_file.hpp"
 
 namespace tagcal::tools {
@@ -14,18 +14,11 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-template <typename Number>
-std::optional<Json> number_json(std::string_view field) {
-  Number number{};
-  const char* const last = field.data() + field.size();
-  const auto [end, error] = std::from_chars(field.data(), last, number);
-  return error == std::errc() && end == last ? std::optional<Json>(number) : std::nullopt;
-}
-
 Json field_json(std::string_view field) {
   if (field.empty()) return {};
-  if (const auto whole = number_json<std::int64_t>(field)) return *whole;  // ids and counts
-  return number_json<double>(field).value_or(Json(field));
+  if (const auto whole = number_of<std::int64_t>(field)) return *whole;  // ids and counts
+  if (const auto number = number_of<double>(field)) return *number;
+  return Json(field);
 }
 
 }  // namespace

@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <iostream>
 #include <iterator>
 #include <set>
 
+#include "job/number_argument.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/text_file.hpp"
 
@@ -102,13 +102,9 @@ std::vector<double> PointTable::numbers(std::size_t row,
   const std::vector<std::string>& fields = rows_[row];
   std::vector<double> numbers;
   for (const std::size_t column : columns) {
-    const std::string& text = fields[column];
-    double number = 0;
-    const char* const end = text.data() + text.size();
-    const auto [stop, error] = std::from_chars(text.data(), end, number);
-    if (error != std::errc() || stop != end || !std::isfinite(number))
-      fail(row, {column}, "must be a finite number");
-    numbers.push_back(number);
+    const auto number = number_of<double>(fields[column]);
+    if (!number || !std::isfinite(*number)) fail(row, {column}, "must be a finite number");
+    numbers.push_back(*number);
   }
   return numbers;
 }

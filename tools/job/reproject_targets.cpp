@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
 #include <cmath>
 
 #include "job/camera_input.hpp"
+#include "job/number_argument.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/geometry/transform.hpp"
 #include "tagcal/internal/degrees.hpp"
@@ -23,13 +23,6 @@ constexpr int kMostPinholes = 360;            // one a degree
 constexpr double kMostTiles = 100e3;          // folders
 constexpr int kMostSideOfArgument = 100'000;  // that camera files are read with
 
-template <typename T>
-bool parsed(const std::string& text, T& number) {
-  const char* const end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data(), end, number);
-  return error == std::errc() && stop == end;
-}
-
 // --rotate: the new camera turns to the right by yaw, then upwards by pitch, then clockwise by
 // roll, each about its own axes.
 Pose turn_of(const ReprojectTask& task) {
@@ -43,8 +36,8 @@ Camera undistorted(const ReprojectTask& task, const Camera& camera) {
   const ImageSize size = task.size.empty() ? camera.image_size : size_argument("--size", task.size);
   if (task.undistort == "all") return pinhole_of_all_pixels(camera, size);
   if (task.undistort == "valid") return pinhole_of_valid_pixels(camera, size);
-  double focal_px = 0;
-  if (!parsed(task.undistort, focal_px) || !(focal_px > 0) || !std::isfinite(focal_px))
+  const double focal_px = number_of<double>(task.undistort).value_or(0);
+  if (!(focal_px > 0) || !std::isfinite(focal_px))
     throw Error(fmt::format("--undistort: must be all, valid or a focal length in pixels, got {}",
                             task.undistort));
   return pinhole_of_focal_length(camera, focal_px, size);
@@ -88,9 +81,11 @@ void check_belongs(bool given, const char* option, bool allowed, const char* tas
 ImageSize size_argument(const std::string& option, const std::string& text) {
   const std::size_t x = text.find('x');
   ImageSize size;
-  if (x == std::string::npos || !parsed(text.substr(0, x), size.width) ||
-      !parsed(text.substr(x + 1), size.height) || size.width <= 0 || size.height <= 0 ||
-      size.width > kMostSideOfArgument || size.height > kMostSideOfArgument)
+  if (x != std::string::npos)
+    size = {number_of<int>(text.substr(0, x)).value_or(0),
+            number_of<int>(text.substr(x + 1)).value_or(0)};
+  if (size.width <= 0 || size.height <= 0 || size.width > kMostSideOfArgument ||
+      size.height > kMostSideOfArgument)
     throw Error(
         fmt::format("{}: must be WIDTHxHEIGHT in pixels, such as 1280x800, got {}", option, text));
   return size;
@@ -100,10 +95,10 @@ std::vector<double> numbers_argument(const std::string& option,
                                      const std::vector<std::string>& texts, std::size_t count) {
   std::vector<double> numbers;
   for (const std::string& text : texts) {
-    double number = 0;
-    if (!parsed(text, number) || !std::isfinite(number))
+    const auto number = number_of<double>(text);
+    if (!number || !std::isfinite(*number))
       throw Error(fmt::format("{}: must be finite numbers, got {}", option, text));
-    numbers.push_back(number);
+    numbers.push_back(*number);
   }
   if (numbers.size() != count)
     throw Error(fmt::format("{}: must be {} numbers with commas between, got {}", option, count,

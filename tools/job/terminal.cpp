@@ -178,6 +178,11 @@ Measured measured(double value, double sigma) {
   return {fmt::format("{:.{}f}", value, decimals), fmt::format("{:.{}f}", sigma, decimals)};
 }
 
+std::string with_sigma(double value, double sigma) {
+  const Measured m = measured(value, sigma);
+  return m.sigma.empty() ? m.value : m.value + " +- " + m.sigma;
+}
+
 std::string two_digits(double value) {
   constexpr double kSmallest = 1e-7;  // numeric: below it, zeros would hide the size
   if (!(std::abs(value) >= kSmallest) || !std::isfinite(value)) return fmt::format("{:.2g}", value);

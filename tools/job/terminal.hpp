@@ -55,6 +55,7 @@ struct Measured {
   std::string sigma;  // "" for 0 and NaN
 };
 Measured measured(double value, double sigma);
+std::string with_sigma(double value, double sigma);  // "110.01 +- 0.16"
 
 // A length that is its own standard deviation: two significant digits.
 std::string two_digits(double value);

@@ -92,8 +92,7 @@ void note_what_is_missing(bool has_data, PageContent& content) {
   auto& notes = content.notes;
   if (!content.calibration.claim)
     notes.emplace_back(
-        "The file has no covariance: the uncertainty of the projection and the next view are not "
-        "known.");
+        "The file has no covariance: the uncertainty of the projection is not known.");
   if (!has_data)
     notes.emplace_back(
         "Views and residuals are not shown, because no data set was given: --dataset D, or "
@@ -103,8 +102,9 @@ void note_what_is_missing(bool has_data, PageContent& content) {
         "The poses of the views were estimated again under the camera of the file, each by "
         "itself.");
   notes.emplace_back(
-      "A file of a camera has no model ladder, no comparison of two halves of the views and no "
-      "shape of the board: tagcal calibrate --report shows them.");
+      "A file of a camera has no model ladder, no comparison of two halves of the views, no shape "
+      "of "
+      "the board and no next view to take: tagcal calibrate --report shows them.");
 }
 
 }  // namespace
@@ -148,7 +148,6 @@ PageContent content_from_file(const std::string& file_and_name, Input* input, in
   if (without > 0)
     content.notes.push_back(fmt::format("{} of {} views have no pose under this camera.", without,
                                         content.dataset.views.size()));
-  if (content.calibration.claim) content.advice = advise(content.dataset, content.calibration);
   return content;
 }
 

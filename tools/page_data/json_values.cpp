@@ -7,6 +7,20 @@
 
 namespace tagcal::tools {
 
+namespace {
+
+PageJson rows_json(const Eigen::MatrixXd& values, int digits) {
+  PageJson rows = PageJson::array();
+  for (const auto& row : values.rowwise()) {
+    PageJson list = PageJson::array();
+    for (const double value : row) list.push_back(significant(value, digits));
+    rows.push_back(std::move(list));
+  }
+  return rows;
+}
+
+}  // namespace
+
 PageJson significant(double value, int digits) {
   if (!std::isfinite(value)) return nullptr;
   return std::strtod(fmt::format("{:.{}g}", value, digits).c_str(), nullptr);
@@ -26,25 +40,9 @@ PageJson point_json(const Eigen::Vector3d& x_in_m) {
 }
 
 PageJson matrix_json(const Pose& target_from_source) {
-  const Eigen::Matrix4d m = target_from_source.matrix();
-  PageJson rows = PageJson::array();
-  for (int row = 0; row < 4; ++row) {
-    PageJson list = PageJson::array();
-    for (int column = 0; column < 4; ++column) list.push_back(significant(m(row, column), 7));
-    rows.push_back(std::move(list));
-  }
-  return rows;
+  return rows_json(target_from_source.matrix(), 7);
 }
 
-PageJson grid_json(const MatrixX& values) {
-  PageJson rows = PageJson::array();
-  for (Eigen::Index row = 0; row < values.rows(); ++row) {
-    PageJson list = PageJson::array();
-    for (Eigen::Index column = 0; column < values.cols(); ++column)
-      list.push_back(significant(values(row, column), 4));
-    rows.push_back(std::move(list));
-  }
-  return rows;
-}
+PageJson grid_json(const MatrixX& values) { return rows_json(values, 4); }
 
 }  // namespace tagcal::tools

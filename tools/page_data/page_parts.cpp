@@ -49,9 +49,7 @@ std::string level_of(Status status, std::span<const Finding> findings) {
 
 std::string parameter_text(const Shown& p) {
   if (!std::isfinite(p.value)) return "not known";
-  const Measured m = measured(p.value, p.sigma);
-  if (p.sigma == 0) return m.value + ", held";
-  return m.sigma.empty() ? m.value : m.value + " +- " + m.sigma;
+  return with_sigma(p.value, p.sigma) + (p.sigma == 0 ? ", held" : "");
 }
 
 // The median distance of the boards' corners from the camera; 0: not known.

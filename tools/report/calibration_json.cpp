@@ -56,9 +56,8 @@ Json pixels_json(double sigma_px, const ImageSize& size) {
 Json projection_json(const Calibration& calibration) {
   Json list = Json::array();
   for (const ProjectionUncertainty& p : calibration.projection) {
-    const bool far = !std::isfinite(p.distance_m);
     const double centre = p.sigma_px(p.grid.rows / 2, p.grid.columns / 2);
-    list.push_back({{"distance_m", far ? Json("infinity") : Json(p.distance_m)},
+    list.push_back({{"distance_m", distance_json(p.distance_m)},
                     {"rms_px", pixels_json(p.region_px, p.grid.size)},
                     {"max_px", pixels_json(p.region_max_px, p.grid.size)},
                     {"centre_px", pixels_json(centre, p.grid.size)},
@@ -71,8 +70,7 @@ Json projection_json(const Calibration& calibration) {
 Json halves_json(const std::optional<HalvesCheck>& halves) {
   if (!halves) return nullptr;
   return {{"source", halves->source.empty() ? Json() : Json(halves->source)},
-          {"distance_m",
-           std::isfinite(halves->distance_m) ? Json(halves->distance_m) : Json("infinity")},
+          {"distance_m", distance_json(halves->distance_m)},
           {"difference_px", halves->difference_px},
           {"predicted_px", halves->predicted_px},
           {"ratio", halves->ratio},
@@ -127,7 +125,7 @@ Json steps_json(const std::vector<ModelStep>& steps) {
                     {"parameters", step.num_parameters},
                     {"cost", step.cost},
                     {"bic", step.bic},
-                    {"difference_px", step.difference_px ? Json(*step.difference_px) : Json()},
+                    {"difference_px", optional_json(step.difference_px)},
                     {"weight", step.weight},
                     {"taken", step.taken},
                     {"sentence", step.sentence}});

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "job/plain_text.hpp"
+#include "report/findings.hpp"
 #include "report/fleet_report.hpp"
 #include "report/json_parts.hpp"
 #include "tagcal/io/text_file.hpp"
@@ -12,17 +13,6 @@ namespace tagcal::tools {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-Json numbers_json(const std::vector<double>& values) {
-  Json list = Json::array();
-  for (const double value : values) list.push_back(value);
-  return list;
-}
-
-template <typename T>
-Json optional_json(const std::optional<T>& value) {
-  return value ? Json(*value) : Json();
-}
 
 Json unit_json(const Fleet& fleet, const JudgedUnit& judged) {
   const FleetRow& row = judged.unit.row;
@@ -36,8 +26,8 @@ Json unit_json(const Fleet& fleet, const JudgedUnit& judged) {
   if (row.known.values.empty()) return json;
   std::vector<double> sigmas;
   for (std::size_t j = 0; j < row.known.values.size(); ++j) sigmas.push_back(judged.sigma(j));
-  json["values"] = numbers_json(row.known.values);
-  json["sigmas"] = numbers_json(sigmas);
+  json["values"] = row.known.values;
+  json["sigmas"] = sigmas;
   json["rms_px"] = row.rms_px;
   if (!judged.distance) return json;
   json["group"] = judged.group;
@@ -51,24 +41,19 @@ Json unit_json(const Fleet& fleet, const JudgedUnit& judged) {
 
 Json group_json(const FleetGroup& group) {
   const Population& population = group.population;
-  Json findings = Json::array();
-  for (const Finding& finding : population.findings)
-    findings.push_back({{"code", finding.code},
-                        {"severity", severity_name(finding.severity)},
-                        {"sentence", finding.sentence}});
   Json json = {{"lens", group.lens},
                {"model", group.model},
                {"image_size", {group.image_size.width, group.image_size.height}},
                {"parameters", group.names},
                {"num_units", group.units.size()},
                {"status", status_name(population.status)},
-               {"findings", std::move(findings)}};
+               {"findings", findings_json(population.findings)}};
   if (population.centre.empty()) return json;
   json["num_used"] = population.num_used;
-  json["centre"] = numbers_json(population.centre);
+  json["centre"] = population.centre;
   json["centre_covariance"] = matrix_json(population.centre_covariance);
-  json["spread"] = numbers_json(population.spread);
-  json["sigma_spread"] = numbers_json(population.sigma_spread);
+  json["spread"] = population.spread;
+  json["sigma_spread"] = population.sigma_spread;
   json["scatter"] = matrix_json(population.scatter);
   json["spread_px"] = optional_json(group.spread_px);
   return json;

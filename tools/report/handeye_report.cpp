@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "job/plain_text.hpp"
 #include "job/terminal.hpp"
 #include "job/view_values.hpp"
 #include "report/findings.hpp"
@@ -152,7 +153,7 @@ std::string handeye_json(const HandeyeEstimate& handeye, const HandeyeInput& inp
                     {"sigma_now_rad", handeye.next->sigma_now_rad},
                     {"sentence", handeye.next->sentence}};
   json["seconds"] = handeye.seconds;
-  return json.dump(2) + "\n";
+  return json_text(json);
 }
 
 }  // namespace tagcal::tools

@@ -1,5 +1,6 @@
 #include "report/json_parts.hpp"
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <vector>
 
@@ -18,6 +19,12 @@ Json pose_json(const Pose& pose) {
   const Eigen::Quaterniond q = pose.rotation();
   const Eigen::Vector3d& t = pose.translation();
   return {{"rotation", {q.w(), q.x(), q.y(), q.z()}}, {"translation_m", {t.x(), t.y(), t.z()}}};
+}
+
+Json optional_json(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
+
+Json distance_json(double distance_m) {
+  return std::isfinite(distance_m) ? Json(distance_m) : Json("infinity");
 }
 
 Json readout_json(const std::optional<Readout>& readout) {

@@ -26,8 +26,6 @@ constexpr std::size_t kOutliersShown = 12;
 
 using internal::degrees;
 
-Json or_null(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
-
 Json rotation_json(const Pose& pose) {
   const Eigen::Quaterniond q = shown_rotation(pose);
   return {q.w(), q.x(), q.y(), q.z()};
@@ -95,15 +93,15 @@ Json view_json(const PoseReport& view) {
   const PoseHypothesis* best = view.hypotheses.empty() ? nullptr : &view.hypotheses.front();
   const std::size_t num_inliers = view.corners.size() - view.outliers.size();
   return {{"image", view.image},
-          {"time_s", or_null(view.time_s)},
+          {"time_s", optional_json(view.time_s)},
           {"status", status_name(view.status)},
           {"camera_from_board", best ? shown_pose_json(best->camera_from_target) : Json()},
           {"covariance", best ? matrix_json(best->covariance) : Json()},
           {"noise_covariance", best ? matrix_json(best->noise_covariance) : Json()},
           {"camera_in_target", best ? camera_json(*best) : Json()},
-          {"focal_px", or_null(view.focal_px)},
-          {"sigma_focal_px", or_null(view.sigma_focal_px)},
-          {"prior_focal_px", or_null(view.prior_focal_px)},
+          {"focal_px", optional_json(view.focal_px)},
+          {"sigma_focal_px", optional_json(view.sigma_focal_px)},
+          {"prior_focal_px", optional_json(view.prior_focal_px)},
           {"rms_px", best ? Json(best->rms_px) : Json()},
           {"num_inliers", best ? Json(num_inliers) : Json()},
           {"num_corners", view.corners.size()},
@@ -111,7 +109,7 @@ Json view_json(const PoseReport& view) {
           {"probability", best ? Json(best->probability) : Json()},
           {"alternative", alternative_json(view.hypotheses)},
           {"weak_perspective", weak_perspective_json(view.weak_perspective)},
-          {"sigma_px", or_null(view.sigma_px)},
+          {"sigma_px", optional_json(view.sigma_px)},
           {"findings", findings_json(view.findings)},
           {"warnings", sentences(view.findings)}};
 }

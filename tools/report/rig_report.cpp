@@ -7,6 +7,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "job/plain_text.hpp"
 #include "job/terminal.hpp"
 #include "report/calibration_report.hpp"
 #include "report/findings.hpp"
@@ -141,11 +142,6 @@ std::string verdict_lines(const std::string& verdict, Status status,
   return wrapped(toned(tone, verdict.substr(0, end)) + " ", verdict.substr(end + 1), 2);
 }
 
-std::string with_sigma(double value, double sigma) {
-  const Measured m = measured(value, sigma);
-  return m.sigma.empty() ? m.value : m.value + " +- " + m.sigma;
-}
-
 std::string rig_verdict(const RigCalibration& rig) {
   if (!is_answer(rig.status)) return no_answer_text(rig.status, rig.findings);
   return fmt::format("{}{}, {}, {}, rms {} px", ok_text(rig.findings),
@@ -246,7 +242,7 @@ std::string rig_json(const RigDataset& data, const RigCalibration& rig, std::siz
                     {"sentence", rig.next->sentence}};
   json["covariance"] = matrix_json(rig.covariance);
   json["seconds"] = rig.seconds;
-  return json.dump(2) + "\n";
+  return json_text(json);
 }
 
 }  // namespace tagcal::tools

@@ -23,7 +23,6 @@ std::string verdict_lines(const std::string& verdict, Status status,
 std::vector<std::string> place_texts(const Pose& camera_from_rig, const Matrix6& covariance);
 std::string place_lines(const std::string& title, const Pose& camera_from_rig,
                         const Matrix6& covariance);
-std::string with_sigma(double value, double sigma);     // "110.01 +- 0.16"
 std::string baseline_text(const RigPair& pair);         // "110.01 +- 0.16 mm"
 std::string depth_text(const DepthUncertainty& depth);  // "at 1 m +- 1.4 mm (0.0076 mm of it ..)"
 std::string disagreement_text(const RigPair& pair);     // "0.8 sd"

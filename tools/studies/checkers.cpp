@@ -29,10 +29,6 @@ const CheckerViewSpec kCircleSpecs[] = {{24, 0, .8, 2},  {24, 30, .8, 2}, {24, 4
                                         {24, 60, .8, 2}, {14, 30, .8, 2}, {14, 60, .8, 2},
                                         {34, 60, .8, 2}, {24, 60, .8, 8}, {24, 60, 1.5, 2}};
 
-FoundCorners found_in(const Image8& image, const CheckerView& view, const Camera* camera) {
-  return corners_by_fit(image, view.board, camera);
-}
-
 FoundCorners by_corner_sub_pix(const CheckerView& view, double square_px, Random& random) {
   std::vector<Eigen::Vector2d> starts;
   for (const auto& [id, at] : view.corners)
@@ -54,11 +50,6 @@ FoundCorners by_circles_grid(const CheckerView& view) {
   return corners_by_peer(peer, view.image, view.corners);
 }
 
-Values row_of(const std::string& method, const CheckerView& view, const FoundCorners& found,
-              double bound_square) {
-  return checker_row(method, view.corners, found, bound_square);
-}
-
 // The mean variance of a coordinate at the bound. `random`: as before the view was made.
 double bound_of(const CheckerView& view, CheckerViewSpec spec, Random random) {
   const auto variance = [](double levels) { return levels * levels + 1.0 / 12; };  // with rounding
@@ -66,7 +57,8 @@ double bound_of(const CheckerView& view, CheckerViewSpec spec, Random random) {
   spec.noise_levels = 8;
   const CheckerView loud = checker_view(view.board, view.camera, spec, random);
   double sum = 0, corners = 0;
-  for (const Observation& seen : found_in(loud.image, loud, &loud.camera).view.observations)
+  for (const Observation& seen :
+       corners_by_fit(loud.image, loud.board, &loud.camera).view.observations)
     if (seen.covariance_px2) ++corners, sum += seen.covariance_px2->trace() / 2;
   return sum * noise / variance(spec.noise_levels) / corners;
 }
@@ -78,10 +70,12 @@ std::vector<Values> measure(const CheckerViewSpec& spec, std::uint64_t trial) {
   const CheckerView view =
       checker_view(make_board(Checkerboard{8, 5, .03, .03}), camera, spec, random);
   const double bound = bound_of(view, spec, again);
-  return {row_of("fit", view, found_in(view.image, view, nullptr), bound),
-          row_of("fit, lens known", view, found_in(view.image, view, &view.camera), bound),
-          row_of("cornerSubPix", view, by_corner_sub_pix(view, spec.square_px, random), bound),
-          row_of("findChessboardCornersSB", view, by_sectors(view), bound)};
+  return {checker_row("fit", view.corners, corners_by_fit(view.image, view.board, nullptr), bound),
+          checker_row("fit, lens known", view.corners,
+                      corners_by_fit(view.image, view.board, &view.camera), bound),
+          checker_row("cornerSubPix", view.corners, by_corner_sub_pix(view, spec.square_px, random),
+                      bound),
+          checker_row("findChessboardCornersSB", view.corners, by_sectors(view), bound)};
 }
 
 // Symmetric and asymmetric grids in turn, through a barrel lens and a fisheye.
@@ -97,9 +91,10 @@ std::vector<Values> measure_circles(CheckerViewSpec spec, std::uint64_t trial) {
   const CheckerView view = checker_view(boards[trial % 2], cameras[trial / 2 % 2], spec, random);
   if (!view.is_whole) return {};
   const double bound = bound_of(view, spec, again);
-  return {row_of("fit", view, found_in(view.image, view, nullptr), bound),
-          row_of("fit, lens known", view, found_in(view.image, view, &view.camera), bound),
-          row_of("findCirclesGrid", view, by_circles_grid(view), bound)};
+  return {checker_row("fit", view.corners, corners_by_fit(view.image, view.board, nullptr), bound),
+          checker_row("fit, lens known", view.corners,
+                      corners_by_fit(view.image, view.board, &view.camera), bound),
+          checker_row("findCirclesGrid", view.corners, by_circles_grid(view), bound)};
 }
 
 // A ChArUco board may be seen in part.
@@ -119,9 +114,10 @@ std::vector<Values> measure_any(bool with_markers, std::uint64_t trial) {
   const CheckerView view = checker_view(board, cameras[trial % 3], spec, random);
   if (with_markers ? view.corners.size() < 4 : !view.is_whole || view.least_px < 5) return {};
   const double none = std::nan("");
-  std::vector<Values> result = {row_of("fit", view, found_in(view.image, view, nullptr), none)};
+  std::vector<Values> result = {
+      checker_row("fit", view.corners, corners_by_fit(view.image, view.board, nullptr), none)};
   if (!with_markers)
-    result.push_back(row_of("findChessboardCornersSB", view, by_sectors(view), none));
+    result.push_back(checker_row("findChessboardCornersSB", view.corners, by_sectors(view), none));
   return result;
 }
 

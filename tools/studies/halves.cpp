@@ -1,9 +1,11 @@
-// Compares the calibrations of two random halves of the views of real data sets, and tests their
-// claims: z is a difference in units of the standard deviation that both claims predict.
-// The projections are compared at infinity, less a rotation, over the region of the corners of the
-// whole set. `region` takes the claims at the nodes of a grid in this region; `printed` takes the
-// RMS claims that the calibrations print, each over the region of its own half.
-// Refused: no answer, or the answer `weak`.
+// Compares the calibrations of two halves of the views of real data sets, and tests their claims:
+// random halves, and halves of views that follow one another, which share their errors: z is a
+// difference in units of the standard deviation that both claims predict. The projections are
+// compared at infinity, less a rotation, over the region of the corners of the whole set. `region`
+// takes the claims at the nodes of a grid in this region; `printed` takes the RMS claims that the
+// calibrations print, each over the region of its own half. `check` tests the
+// camera of the first half by the views of the second, which nothing changed. Refused: no answer,
+// or the answer `weak`.
 
 #include <fmt/format.h>
 
@@ -15,13 +17,14 @@
 #include "real_sets.hpp"
 #include "studies/studies.hpp"
 #include "study/tasks/pose_tasks.hpp"
+#include "tagcal/estimate/check_camera.hpp"
 
 namespace tagcal {
 using namespace study;
 namespace {
 
 constexpr std::array<std::size_t, 3> kCompared = {0, 2, 3};  // fx, cx, cy
-constexpr std::size_t kNumColumns = 25;
+constexpr std::size_t kNumColumns = 26;
 
 void add_parameters(const Calibration& a, const Calibration& b, Values& row, Values& scores) {
   for (const std::size_t i : kCompared) {
@@ -48,15 +51,34 @@ void add_projection(const Calibration& a, const Calibration& b, const SeenRegion
   scores.emplace_back(test ? test->difference_px / test->printed_px : HUGE_VAL);
 }
 
-std::vector<Values> measure(const RealSet& set, const StudyOptions& options, std::uint64_t split) {
+std::vector<std::size_t> random_half(std::size_t n, const StudyOptions& options,
+                                     std::uint64_t split) {
   Random random(static_cast<std::uint64_t>(options.number("seed")), split);
+  return some_of(n, n / 2, random);
+}
+
+// Half of the views, which follow one another; after the last comes the first.
+std::vector<std::size_t> half_in_time(std::size_t n, const StudyOptions& /*options*/,
+                                      std::uint64_t split) {
+  constexpr std::size_t kSplits = 4;  // numeric: later ones are these, exchanged
+  std::vector<std::size_t> half;
+  for (std::size_t i = 0; i < n / 2; ++i)
+    half.push_back((static_cast<std::size_t>(split) * n / (2 * kSplits) + i) % n);
+  std::ranges::sort(half);
+  return half;
+}
+
+std::vector<Values> measure(const RealSet& set, const StudyOptions& options,
+                            const std::vector<std::size_t>& first) {
   const std::size_t n = set.dataset.views.size();
-  const std::vector<std::size_t> first = some_of(n, n / 2, random);
   std::vector<std::size_t> second;
   for (std::size_t i = 0; i < n; ++i)
     if (!std::ranges::binary_search(first, i)) second.push_back(i);
   const Calibration a = calibrate_views(set.dataset, first, options.text("model"));
   const Calibration b = calibrate_views(set.dataset, second, options.text("model"));
+  std::string check;
+  if (is_answer(a.status) && a.claim && a.claim->model)
+    check = verdict_name(check_camera(part_of(set.dataset, second), *a.claim).verdict);
   const int refused = !has_focal_length(a) + !has_focal_length(b);
   Values row = {outcome(a), outcome(b)}, scores = {static_cast<double>(refused)};
   if (refused == 0) {
@@ -66,7 +88,8 @@ std::vector<Values> measure(const RealSet& set, const StudyOptions& options, std
     row.resize(2 + 4 * kCompared.size() + 3, std::nan(""));
   }
   row.insert(row.end(), scores.begin(), scores.end());
-  row.resize(kNumColumns, std::nan(""));
+  row.resize(kNumColumns - 1, std::nan(""));
+  row.emplace_back(check);
   return {row};
 }
 
@@ -74,8 +97,14 @@ std::vector<Task> tasks(const StudyOptions& options) {
   std::vector<Task> tasks;
   for (RealSet& read : read_sets(options.inputs)) {
     const auto set = std::make_shared<const RealSet>(std::move(read));
-    tasks.push_back(
-        {set->name, [=](std::uint64_t split) { return measure(*set, options, split); }});
+    const auto add = [&](const std::string& name, const auto& half) {
+      tasks.push_back({name, [=](std::uint64_t split) {
+                         const std::size_t n = set->dataset.views.size();
+                         return measure(*set, options, half(n, options, split));
+                       }});
+    };
+    add(set->name, random_half);
+    add(set->name + ", in time", half_in_time);
   }
   return tasks;
 }
@@ -110,9 +139,10 @@ Study halves_study() {
                                        rms_of("fx differs, %", "fx_percent", 2),
                                        rms_of("its claim, %", "claim_percent", 2),
                                        counts_of("first halves", "outcome_a"),
-                                       counts_of("second halves", "outcome_b")};
+                                       counts_of("second halves", "outcome_b"),
+                                       counts_of("check of the second by the first", "check")};
   return {.name = "halves",
-          .summary = "calibrations of random halves of the views of real data sets",
+          .summary = "calibrations of halves of the views of real data sets",
           .inputs = "folders of data sets",
           .count = 8,
           .first = 0,
@@ -121,7 +151,8 @@ Study halves_study() {
                       "sd_fx_b",   "cx_a",       "sd_cx_a",       "cx_b",     "sd_cx_b",
                       "cy_a",      "sd_cy_a",    "cy_b",          "sd_cy_b",  "difference_px",
                       "claim_px",  "printed_px", "refused",       "z_fx",     "z_cx",
-                      "z_cy",      "fx_percent", "claim_percent", "z_region", "z_printed"},
+                      "z_cy",      "fx_percent", "claim_percent", "z_region", "z_printed",
+                      "check"},
           .tasks = tasks,
           .tables = {{{"task"}, figures}, {{}, figures}}};
 }

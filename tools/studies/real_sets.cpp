@@ -27,14 +27,18 @@ std::vector<RealSet> read_sets(const std::vector<std::string>& folders) {
   return sets;
 }
 
-Calibration calibrate_views(const Dataset& set, const std::vector<std::size_t>& views,
-                            const std::string& model) {
+Dataset part_of(const Dataset& set, const std::vector<std::size_t>& views) {
   Dataset part{set.image_size, set.boards, {}, {}};
   for (const std::size_t i : views) part.views.push_back(set.views[i]);
+  return part;
+}
+
+Calibration calibrate_views(const Dataset& set, const std::vector<std::size_t>& views,
+                            const std::string& model) {
   CalibrateOptions options;
   options.model = model;
   options.distances_m = {kInfinitelyFar};
-  return calibrate(part, options);
+  return calibrate(part_of(set, views), options);
 }
 
 bool has_focal_length(const Calibration& calibration) {

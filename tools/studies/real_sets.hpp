@@ -18,6 +18,9 @@ struct RealSet {
 // Reads data sets with observations. Prints their warnings on stderr. Throws Error.
 std::vector<RealSet> read_sets(const std::vector<std::string>& folders);
 
+// The data set with some of its views.
+Dataset part_of(const Dataset& set, const std::vector<std::size_t>& views);
+
 // Calibrates some of the views, with the projection's uncertainty at infinity.
 Calibration calibrate_views(const Dataset& set, const std::vector<std::size_t>& views,
                             const std::string& model);

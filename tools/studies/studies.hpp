@@ -29,7 +29,6 @@ study::Study shutter_study();
 study::Study single_views_study();
 study::Study tracking_study();
 study::Study visibility_study();
-study::Study warnings_study();
 
 namespace tools {
 

@@ -17,7 +17,7 @@ std::vector<Command> command_table(CLI::App& app) {
                               near_grids_study,      real_claims_study,      real_corners_study,
                               reproject_speed_study, rig_shutter_study,      rigs_study,
                               shutter_study,         single_views_study,     tracking_study,
-                              visibility_study,      warnings_study})
+                              visibility_study})
     commands.push_back(add_study(app, declared()));
   return commands;
 }
@@ -31,6 +31,6 @@ int main(int argc, char** argv) {
                                          {"Studies of tagcal: its methods beside those of other "
                                           "libraries, and what its numbers claim.",
                                           "",
-                                          "Example: tagcal-study chart planar_pose --out chart\n"
+                                          "Example: tagcal-study chart pose --out chart\n"
                                           "         tagcal-study calibration_nees --count 20"});
 }

@@ -21,6 +21,8 @@ struct FileStamp {
 // The pictures of a folder at one moment, by file name.
 using FolderListing = std::map<std::string, FileStamp>;
 
+constexpr int kMissedLooks = 6;  // a folder that cannot be read so often is gone
+
 // The listing of a folder's pictures (list_pictures). No value if it cannot be read.
 std::optional<FolderListing> list_folder(const std::filesystem::path& folder);
 

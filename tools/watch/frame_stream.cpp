@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cstdint>
 #include <sstream>
 
+#include "job/number_argument.hpp"
 #include "job/piped_video.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/image_file.hpp"
@@ -97,11 +97,7 @@ class Y4mStream : public FrameStream {
     return true;
   }
 
-  static int number(const std::string& text) {
-    int value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    return error == std::errc() && end == text.data() + text.size() ? value : 0;
-  }
+  static int number(const std::string& text) { return number_of<int>(text).value_or(0); }
 
   // The number of bytes of a frame, which is its planes.
   std::size_t bytes_of(const std::string& chroma) const {

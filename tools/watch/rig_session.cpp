@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <utility>
 
@@ -20,12 +19,10 @@
 #include "tagcal/io/rig_calibration_file.hpp"
 #include "tagcal/io/text_file.hpp"
 #include "tagcal/scene/rig_pairing.hpp"
-#include "watch/watch_report.hpp"
 
 namespace tagcal::tools {
 namespace {
 
-constexpr int kMissedLooks = 6;  // a folder that cannot be read so often is gone
 constexpr std::size_t kAll = static_cast<std::size_t>(-1);
 
 // The part of a rig with `most` of its instants, evenly spread, and their views.
@@ -65,7 +62,7 @@ ExitCode RigSession::run() {
   for (;;) {
     const End end = step();
     if (end != End::none) return finish(end);
-    Interruption::sleep(options_.every);
+    Interruption::sleep(pause_until_look(options_.every, options_.timeout_s, last_change_));
   }
 }
 
@@ -199,20 +196,10 @@ std::string RigSession::next_words() const {
 void RigSession::tell_next() {
   if (options_.goal_px > 0 && is_answer(rig_.status) && what_lacks().empty()) return;
   const std::string text = next_words();
-  std::string words = text;
-  std::erase_if(words, [](unsigned char c) { return std::isdigit(c) || c == '.' || c == '\n'; });
+  std::string words = without_numbers(text);
   if (words == next_) return;
   next_ = words;
   tell(text);
-}
-
-// With --json stdout has the calibration alone.
-void RigSession::tell(const std::string& text) const {
-  if (text.empty()) return;
-  if (options_.json)
-    print_note("{}", without_colours(text));
-  else if (!is_quiet())
-    print_text(text);
 }
 
 ExitCode RigSession::finish(End end) {

@@ -10,6 +10,7 @@
 #include "job/command.hpp"
 #include "tagcal/estimate/rig_types.hpp"
 #include "watch/folder_follower.hpp"
+#include "watch/watch_report.hpp"
 #include "watch/watched_pictures.hpp"
 
 namespace tagcal::tools {
@@ -51,7 +52,7 @@ class RigSession {
   bool calibrate_from(std::size_t most_instants);
   std::string what_lacks() const;
   std::string next_words() const;
-  void tell(const std::string& text) const;
+  void tell(const std::string& text) const { tools::tell(text, options_.json); }
   void tell_next();
   ExitCode finish(End end);
 

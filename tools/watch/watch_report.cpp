@@ -4,8 +4,10 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 
+#include "job/messages.hpp"
 #include "job/shown_parameters.hpp"
 #include "job/terminal.hpp"
 
@@ -176,6 +178,27 @@ std::string next_lines(const std::optional<AdvisedView>& advice, const Standing&
 
 std::string remark_lines(const std::string& sentence) {
   return wrapped("  " + toned(Tone::caution, "!") + " ", sentence, kIndent + 2);
+}
+
+void tell(const std::string& text, bool json) {
+  if (text.empty()) return;
+  if (json)
+    print_note("{}", without_colours(text));
+  else if (!is_quiet())
+    print_text(text);
+}
+
+std::string without_numbers(std::string text) {
+  std::erase_if(text, [](unsigned char c) { return std::isdigit(c) || c == '.' || c == '\n'; });
+  return text;
+}
+
+std::chrono::milliseconds pause_until_look(std::chrono::milliseconds every, double timeout_s,
+                                           std::chrono::steady_clock::time_point last_change) {
+  const std::chrono::duration<double> quiet = std::chrono::steady_clock::now() - last_change;
+  const double left_s = timeout_s - quiet.count();
+  if (timeout_s <= 0 || left_s > std::chrono::duration<double>(every).count()) return every;
+  return std::chrono::milliseconds(std::max(1L, std::lround(1000 * left_s) + 1));
 }
 
 }  // namespace tagcal::tools

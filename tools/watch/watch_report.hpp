@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <optional>
 #include <string>
 #include <vector>
@@ -57,5 +58,16 @@ std::string next_lines(const std::optional<AdvisedView>& advice, const Standing&
 
 // A warning below a picture's line.
 std::string remark_lines(const std::string& sentence);
+
+// What a session says before its end: to stderr if stdout has the JSON of the calibration alone.
+void tell(const std::string& text, bool json);
+
+// The words of `text` without numbers, by which advice is said once.
+std::string without_numbers(std::string text);
+
+// Until the next look: `every`, or less if a session ends before (`timeout_s` > 0) for want of
+// pictures since `last_change`.
+std::chrono::milliseconds pause_until_look(std::chrono::milliseconds every, double timeout_s,
+                                           std::chrono::steady_clock::time_point last_change);
 
 }  // namespace tagcal::tools

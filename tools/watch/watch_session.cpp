@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <chrono>
 #include <cmath>
 #include <utility>
@@ -24,8 +23,6 @@ namespace tagcal::tools {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr int kMissedLooks = 6;  // a folder that cannot be read so often is gone
 
 // After the end of a video: its last picture is ready after two looks (FolderFollower).
 constexpr int kQuietLooks = 2;
@@ -76,17 +73,8 @@ ExitCode WatchSession::run() {
   for (;;) {
     const End end = step();
     if (end != End::none) return finish(end);
-    Interruption::sleep(pause());
+    Interruption::sleep(pause_until_look(options_.every, options_.timeout_s, last_change_));
   }
-}
-
-// Until the next look, or the end for want of pictures.
-std::chrono::milliseconds WatchSession::pause() const {
-  const std::chrono::duration<double> quiet = std::chrono::steady_clock::now() - last_change_;
-  const double left_s = options_.timeout_s - quiet.count();
-  if (options_.timeout_s <= 0 || left_s > std::chrono::duration<double>(options_.every).count())
-    return options_.every;
-  return std::chrono::milliseconds(std::max(1L, std::lround(1000 * left_s) + 1));
 }
 
 WatchSession::End WatchSession::step() {
@@ -185,8 +173,7 @@ void WatchSession::recalibrate(Step step) {
 void WatchSession::tell_next(const std::optional<AdvisedView>& advice) {
   constexpr double kOtherDistance = 1.25;
   const std::string text = next_lines(advice, standing_, options_.goal_px);
-  std::string words = text;
-  std::erase_if(words, [](unsigned char c) { return std::isdigit(c) || c == '.' || c == '\n'; });
+  std::string words = without_numbers(text);
   const double distance_m = advice ? advice->distance_m : 0;
   const bool is_same = words == next_words_ && distance_m < kOtherDistance * next_distance_m_ &&
                        next_distance_m_ < kOtherDistance * distance_m;
@@ -210,18 +197,10 @@ void WatchSession::tell_unread() {
   }
 }
 
-// With --json stdout has the calibration alone.
-void WatchSession::tell(const std::string& text) const {
-  if (options_.json)
-    print_note("{}", without_colours(text));
-  else if (!is_quiet())
-    print_text(text);
-}
-
 void WatchSession::tell_new_warnings() {
   for (const Finding& finding : calibration_.findings) {
     const std::string key = key_of_urgent(finding);
-    if (!key.empty() && told_.insert(key).second) print_result(remark_lines(finding.sentence));
+    if (!key.empty() && told_.insert(key).second) tell(remark_lines(finding.sentence));
   }
 }
 

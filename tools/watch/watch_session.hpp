@@ -40,12 +40,11 @@ class WatchSession {
 
   void greet() const;
   End step();
-  std::chrono::milliseconds pause() const;
   bool has_video_ended();
   bool take(const FolderFollower::Events& events);
   void tell(const std::vector<PictureNews>& news, bool lists_boards);
   void recalibrate(Step step);
-  void tell(const std::string& text) const;
+  void tell(const std::string& text) const { tools::tell(text, options_.json); }
   void tell_next(const std::optional<AdvisedView>& advice);
   void tell_unread();
   void tell_new_warnings();

@@ -64,6 +64,5 @@ StabilityMap wrong_views_map();
 
 std::vector<StabilityMap> calibration_maps();
 std::vector<StabilityMap> rig_maps();
-std::vector<StabilityMap> handeye_maps();
 
 }  // namespace tagcal::study

@@ -9,7 +9,6 @@ std::vector<StabilityMap> stability_maps() {
   std::vector<StabilityMap> maps = pose_maps();
   for (StabilityMap& map : calibration_maps()) maps.push_back(std::move(map));
   for (StabilityMap& map : rig_maps()) maps.push_back(std::move(map));
-  for (StabilityMap& map : handeye_maps()) maps.push_back(std::move(map));
   for (StabilityMap& map : picture_maps()) maps.push_back(std::move(map));
   return maps;
 }

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "tagcal/error.hpp"
+#include "tagcal/estimate/bundle/observability.hpp"
 #include "tagcal/estimate/camera_check/candidates.hpp"
 #include "tagcal/estimate/findings.hpp"
 #include "tagcal/estimate/policy/check_policy.hpp"
@@ -34,11 +35,7 @@ void report_limits(const FreeFit& fit, const KnownRig& known, CameraCheck& check
           prefix +
               "the camera's file has no covariance: it is taken as exact, so that errors of "
               "its calibration count as changes");
-    std::vector<Vector2d> pixels;
-    for (const ViewProblem& view : bundle.views)
-      for (const Correspondence& corner : view.correspondences) pixels.push_back(corner.pixel);
-    const SeenRegion seen(bundle.image_size, pixels);
-    if (const auto gaps = seen.gaps(); gaps && !pixels.empty())
+    if (const auto gaps = seen_region(bundle).gaps(); gaps && num_corners(bundle) > 0)
       add(check.findings, code::extrapolated, prefix + *gaps + ": a change there is not tested");
   }
   if (most_views < policy::kFewestCheckedViews)
@@ -115,9 +112,9 @@ CameraCheck check_rig(const RigDataset& dataset, const KnownRig& known,
   }
   const ChangeTest test(*fit, known, *information);
   check.in_sigmas = test.score();
-  const std::vector<Candidate> candidates = candidates_of(*fit, information->prior.rows());
+  const std::vector<PossibleChange> candidates = candidates_of(*fit, information->prior.rows());
   check.smallest_px = 0;
-  for (const Candidate& candidate : candidates) {
+  for (const PossibleChange& candidate : candidates) {
     check.detectable.push_back(detectable(candidate, test, *fit));
     if (candidate.kind != ChangeKind::lens)
       check.smallest_px = std::max(check.smallest_px, check.detectable.back().max_px);

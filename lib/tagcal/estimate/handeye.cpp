@@ -24,10 +24,7 @@ namespace {
 
 void check_handeye_input(std::span<const HandeyeView> views, const UncertainCamera& camera,
                          const HandeyeOptions& options) {
-  const Eigen::Index k = camera.num_free();
-  if (camera.covariance.size() > 0 &&
-      (camera.covariance.rows() != k || camera.covariance.cols() != k))
-    throw Error(fmt::format("the covariance of the lens must be {0} x {0}, as its model", k));
+  camera.check_covariance();
   if (!(options.sigma_px >= 0) || std::isinf(options.sigma_px))
     throw Error("sigma_px: must be 0 (not known) or more, and finite");
   if (options.find_time_offset && !options.path)
@@ -120,10 +117,7 @@ std::optional<RobustHandeyeStart> start_of(HandeyeSights& sights, bool rejects) 
 RobotNoise noise_of_start(const HandeyeProblem& problem, const HandeyePlaces& places) {
   Vector6d squares = Vector6d::Zero();
   for (const HandeyeSight& s : problem.sights) {
-    const Pose mount_from_holder =
-        places.mount_from_camera * s.own[0].camera_from_target * places.holder_from_board.inverse();
-    const Pose hand =
-        problem.mount == CameraMount::base ? mount_from_holder : mount_from_holder.inverse();
+    const Pose hand = base_from_hand(places, problem.mount, s.own[0].camera_from_target);
     squares += minus(hand, s.base_from_hand).cwiseAbs2();
   }
   const auto n = 3 * static_cast<double>(problem.sights.size());

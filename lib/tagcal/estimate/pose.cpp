@@ -299,12 +299,9 @@ PoseEstimate estimate_pose(const ViewCorrespondences& seen, const Camera& camera
 
 PoseEstimate estimate_pose(const ViewCorrespondences& seen, const UncertainCamera& camera,
                            const PoseOptions& options) {
-  const Eigen::Index k = camera.num_free();
-  const bool is_exact = k == 0 || camera.covariance.size() == 0;
-  if (!is_exact && (camera.covariance.rows() != k || camera.covariance.cols() != k))
-    throw Error(fmt::format("the covariance of the lens must be {} x {}", k, k));
+  camera.check_covariance();
   PoseEstimate estimate = estimate_pose(seen, camera.camera, options);
-  if (!is_exact)
+  if (!camera.is_exact())
     add_lens_error(seen.correspondences, seen.with_these(options), camera, estimate);
   else
     add(estimate.findings, code::lens_without_covariance,

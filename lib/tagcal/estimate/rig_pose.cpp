@@ -6,6 +6,7 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/bundle/covariance.hpp"
+#include "tagcal/estimate/bundle/held_lens.hpp"
 #include "tagcal/estimate/bundle/linked_poses.hpp"
 #include "tagcal/estimate/calibration/calibration_fit.hpp"
 #include "tagcal/estimate/findings.hpp"
@@ -52,16 +53,12 @@ struct RigPoseProblem {
 
   std::span<const SeeingCamera> cameras;
 
-  // The products [J | r]'[J | r] of a camera's rows by its own pose and, if asked for, its lens.
+  // The products [J | r]'[J | r] of a camera's rows by its own pose.
   static std::optional<Eigen::MatrixXd> products(const SeeingCamera& seeing,
-                                                 const Pose& camera_pose, bool with_lens = false) {
-    const ViewArrays arrays(seeing.view);
-    const UncertainCamera& camera = seeing.camera->camera;
-    ParameterSums sums(arrays.view(), with_lens && camera.model ? camera.model->free()
-                                                                : std::span<const FreeParameter>());
-    Eigen::MatrixXd gram;
-    if (!sums.at(camera.camera.lens, camera_pose, gram)) return std::nullopt;
-    return Eigen::MatrixXd(gram.selfadjointView<Eigen::Upper>());
+                                                 const Pose& camera_pose) {
+    const auto upper = products_of(seeing.view, {}, seeing.camera->camera.camera.lens, camera_pose);
+    if (!upper) return std::nullopt;
+    return Eigen::MatrixXd(upper->selfadjointView<Eigen::Upper>());
   }
 
   std::optional<Equations> at(const Pose& rig_from_target) const {
@@ -86,23 +83,25 @@ Matrix6 by_place(const SeeingCamera& seeing, const Pose& rig_from_target) {
                  seeing.camera->camera_from_rig.rotation_matrix() * rig_from_target.translation());
 }
 
-// The gradient of a camera's cost, by its own pose, by the places and lenses of the rig: I_c X_c
-// and J_p'J_l, with its information I_c and the step X_c of its pose by that of its place.
-std::optional<Eigen::MatrixXd> gradient_by_rig(const SeeingCamera& seeing, const KnownRig& rig,
-                                               const Pose& rig_from_target,
-                                               const Pose& camera_pose) {
-  const auto gram = RigPoseProblem::products(seeing, camera_pose, true);
-  if (!gram) return std::nullopt;
-  Eigen::MatrixXd by_rig = Eigen::MatrixXd::Zero(6, rig.covariance.cols());
-  const int k = seeing.camera->camera.num_free();
-  by_rig.middleCols<6>(6 * static_cast<Eigen::Index>(seeing.index)) =
-      gram->topLeftCorner<6, 6>() * by_place(seeing, rig_from_target);
-  by_rig.middleCols(rig.first_of_lens(seeing.index), k) = gram->block(0, 6, 6, k);
-  return by_rig;
+// The step of the rig's pose, as one camera alone sees it, by places and lenses (6 x all of them):
+// the camera's own pose answers to its lens, less the step by its place. No columns if they are
+// exact; no value if the view does not determine the pose.
+std::optional<Eigen::MatrixXd> response_of_own(const SeeingCamera& seeing, const KnownRig& rig,
+                                               const Pose& rig_from_target, const Pose& own_pose) {
+  if (rig.covariance.size() == 0) return Eigen::MatrixXd(6, 0);
+  Eigen::MatrixXd response = Eigen::MatrixXd::Zero(6, rig.covariance.cols());
+  response.middleCols<6>(6 * static_cast<Eigen::Index>(seeing.index)) =
+      -by_place(seeing, rig_from_target);
+  const UncertainCamera& camera = seeing.camera->camera;
+  if (camera.num_free() == 0) return response;
+  const auto by_lens = lens_response(seeing.view, camera, own_pose, false);
+  if (!by_lens) return std::nullopt;
+  response.middleCols(rig.first_of_lens(seeing.index), camera.num_free()) = by_lens->by_lens;
+  return response;
 }
 
 // The rig's pose with its covariance by the noise of the corners and its response to places and
-// lenses: -H^-1 sum S_c' (the gradient by them), with the step S_c of a camera's pose by the rig's.
+// lenses: the cameras' own responses, each weighed by its information.
 std::optional<SeenPose> seen_by_rig(std::span<const SeeingCamera> cameras, const KnownRig& rig,
                                     const Pose& pose, const Matrix6& information) {
   const auto inverse = exact_inverse(information);
@@ -111,26 +110,17 @@ std::optional<SeenPose> seen_by_rig(std::span<const SeeingCamera> cameras, const
   if (rig.covariance.size() == 0) return seen;
   seen.response = Eigen::MatrixXd::Zero(6, rig.covariance.cols());
   for (const SeeingCamera& seeing : cameras) {
-    const auto gradient = gradient_by_rig(seeing, rig, pose, seeing.camera->camera_from_rig * pose);
-    if (!gradient) return std::nullopt;
-    seen.response -= *inverse * by_rig(*seeing.camera).transpose() * *gradient;
+    const Pose camera_pose = seeing.camera->camera_from_rig * pose;
+    const auto own = response_of_own(seeing, rig, pose, camera_pose);
+    const auto gram = RigPoseProblem::products(seeing, camera_pose);
+    if (!own || !gram) return std::nullopt;
+    seen.response +=
+        *inverse * by_rig(*seeing.camera).transpose() * gram->topLeftCorner<6, 6>() * *own;
   }
   return seen;
 }
 
-// The step of a camera's own pose, before that of the rig, by places and lenses; empty if they are
-// exact.
-Eigen::MatrixXd response_of_own(const SeeingCamera& seeing, const KnownRig& rig,
-                                const Pose& rig_from_target, const Pose& own_pose) {
-  if (rig.covariance.size() == 0) return {};
-  const auto gradient = gradient_by_rig(seeing, rig, rig_from_target, own_pose);
-  const auto gram = RigPoseProblem::products(seeing, own_pose);
-  if (!gradient || !gram) return {};
-  const auto inverse = exact_inverse(gram->topLeftCorner<6, 6>());
-  if (!inverse) return {};
-  return -*inverse * *gradient;
-}
-
+// Zero for exact places and lenses.
 Matrix6 covariance_of(const Eigen::MatrixXd& response, const KnownRig& rig) {
   if (response.size() == 0) return Matrix6::Zero();
   return response * rig.covariance * response.transpose();
@@ -145,9 +135,10 @@ double contradiction_of(const SeeingCamera& seeing, const KnownRig& rig, const P
   const double raised = sigma > 0 ? std::max(1.0, policy::kLeastSigmaPx / sigma) : 1;
   double least = std::numeric_limits<double>::infinity();
   for (const PoseHypothesis& own : seeing.own->hypotheses) {
+    const auto response = response_of_own(seeing, rig, pose, own.camera_from_target);
+    if (!response) continue;
     const Eigen::Matrix<double, 6, 6> covariance =
-        raised * raised * own.covariance +
-        covariance_of(response_of_own(seeing, rig, pose, own.camera_from_target), rig);
+        raised * raised * own.covariance + covariance_of(*response, rig);
     const Vector6d step = minus(predicted, own.camera_from_target);
     least = std::min(least, step.dot(covariance.ldlt().solve(step)));
   }
@@ -263,9 +254,10 @@ void add_hypotheses_of_one(const SeeingCamera& seeing, const KnownRig& rig,
   for (const PoseHypothesis& own : seeing.own->hypotheses) {
     SeenPose seen{rig_from_camera * own.camera_from_target,
                   by_own * own.covariance * by_own.transpose()};
-    const Eigen::MatrixXd response =
+    const auto response =
         response_of_own(seeing, rig, seen.camera_from_target, own.camera_from_target);
-    if (response.size() > 0) seen.response = by_own * response;
+    if (!response) continue;
+    seen.response = by_own * *response;
     add_hypothesis(seen, rig, own.rms_px, own.probability, estimate);
   }
 }

@@ -26,8 +26,7 @@ std::string with_decimals(double value, int decimals) {
 }
 
 std::string with_sigma(double value, double sigma) {
-  const bool is_known = std::isfinite(value) && std::isfinite(sigma) && sigma > 0;
-  if (!is_known) return with_digits(value, 2) + " +- " + with_digits(sigma, 2);
+  if (!(sigma > 0 && std::isfinite(sigma))) return short_number(value);
   const int decimals = std::max(0, 1 - static_cast<int>(std::floor(std::log10(sigma))));
   return with_decimals(value, decimals) + " +- " + with_decimals(sigma, decimals);
 }

@@ -11,7 +11,8 @@ namespace tagcal::internal {
 std::string with_digits(double value, int significant_digits);
 std::string with_decimals(double value, int decimals);
 std::string short_number(double value);  // %g: six digits at most
-// "184 +- 36": both to the place of the second digit of the standard deviation.
+// "184 +- 36": both to the place of the second digit of the standard deviation. Without one (0,
+// infinite or NaN) the value alone.
 std::string with_sigma(double value, double sigma);
 
 std::string percent(double share);                       // "12 %", "more than 1000 %"

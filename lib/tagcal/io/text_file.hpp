@@ -48,12 +48,8 @@ class FolderLock {
   FolderLock(const FolderLock&) = delete;
   FolderLock& operator=(const FolderLock&) = delete;
 
-  // False only if another process holds it.
-  bool is_held() const { return is_held_; }
-
  private:
   int descriptor_;
-  bool is_held_ = true;
 };
 
 // ---- Lines of CSV

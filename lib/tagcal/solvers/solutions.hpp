@@ -17,8 +17,6 @@ class Solutions {
   static_assert(std::is_trivially_destructible_v<T>);
 
  public:
-  static constexpr std::size_t kCapacity = N;
-
   Solutions() {}
   Solutions(const Solutions& other) { *this = other; }
   Solutions& operator=(const Solutions& other) {
@@ -44,7 +42,6 @@ class Solutions {
       std::swap(values_[i], values_[i - 1]);
   }
   void pop_back() { --size_; }
-  void clear() { size_ = 0; }
 
   std::size_t size() const { return size_; }
   bool empty() const { return size_ == 0; }

@@ -183,14 +183,10 @@ bool has_ray(const Lens& lens, const Vector2d& pixel) {
   return ray && in_domain(lens, ray->direction);
 }
 
-bool is_exact(const UncertainCamera& known) {
-  return known.model == nullptr || known.covariance.size() == 0 || !known.covariance.allFinite();
-}
-
 // A L with C = L L', whose product with its transpose is A C A'; no columns of an exact lens.
 Eigen::MatrixXd effect(const UncertainCamera& known, std::span<const Vector2d> samples,
                        double distance_m) {
-  if (is_exact(known)) return Eigen::MatrixXd(2 * samples.size(), 0);
+  if (known.is_exact()) return Eigen::MatrixXd(2 * samples.size(), 0);
   const Eigen::LDLT<Eigen::MatrixXd> ldlt{Eigen::MatrixXd(known.covariance)};
   const Eigen::VectorXd d = ldlt.vectorD().cwiseMax(0).cwiseSqrt();
   const Eigen::MatrixXd lower = ldlt.matrixL();
@@ -248,7 +244,7 @@ VectorXd differences(const Lens& a, const Lens& b, std::span<const Vector2d> sam
 // of a lens that adds `needed` to T. Infinite if the lens is exact or has neither.
 double shown_change(const UncertainCamera& known, std::span<const Vector2d> samples,
                     double distance_m, const DirectionSquares& squares, double needed) {
-  if (is_exact(known)) return kInfinitelyFar;
+  if (known.is_exact()) return kInfinitelyFar;
   const Model& model = *known.model;
   const Eigen::MatrixXd rows = aligned_jacobian(known, samples, distance_m);
   VectorXd focal = VectorXd::Zero(rows.rows());
@@ -276,7 +272,7 @@ double shown_change(const UncertainCamera& known, std::span<const Vector2d> samp
 std::optional<DifferenceTest> difference_test(const UncertainCamera& a, const UncertainCamera& b,
                                               std::span<const Vector2d> samples,
                                               const LensDifference& difference) {
-  if (is_exact(a) && is_exact(b)) return std::nullopt;
+  if (a.is_exact() && b.is_exact()) return std::nullopt;
   std::vector<Vector2d> common;
   for (const Vector2d& pixel : samples)
     if (has_ray(a.camera.lens, pixel) && has_ray(b.camera.lens, pixel)) common.push_back(pixel);

@@ -28,14 +28,8 @@ struct Linear {
 };
 
 std::span<const FreeParameter> free_of(const UncertainCamera& known) {
-  if (!known.model || known.covariance.size() == 0) return {};
-  const Eigen::Index n = known.model->num_free();
-  if (known.covariance.rows() != n || known.covariance.cols() != n)
-    throw Error("the covariance of the lens must be " + std::to_string(n) + " x " +
-                std::to_string(n) + " with model " + std::string(known.model->name()) + ", got " +
-                std::to_string(known.covariance.rows()) + " x " +
-                std::to_string(known.covariance.cols()));
-  return known.model->free();
+  known.check_covariance();
+  return known.is_exact() ? std::span<const FreeParameter>() : known.model->free();
 }
 
 std::optional<Linear> linearised(const UncertainCamera& known, const Vector3d& x) {
@@ -63,6 +57,14 @@ Eigen::MatrixXd parameters_from(const Model& from, const Model& to) {
 }
 
 }  // namespace
+
+void UncertainCamera::check_covariance() const {
+  const Eigen::Index k = num_free();
+  if (covariance.size() == 0 || (covariance.rows() == k && covariance.cols() == k)) return;
+  throw Error(fmt::format("the covariance of the lens must be {0} x {0} with {1}, got {2} x {3}", k,
+                          model ? "model " + std::string(model->name()) : "no model",
+                          covariance.rows(), covariance.cols()));
+}
 
 MatrixX covariance_by(const Model& model, const UncertainCamera& known) {
   const Eigen::MatrixXd by_free = parameters_from(*known.model, model);

@@ -23,6 +23,8 @@ struct UncertainCamera {
   MatrixX covariance;  // of the model's free parameters (k x k); empty: the lens is exact
 
   int num_free() const { return model ? model->num_free() : 0; }
+  bool is_exact() const { return !model || covariance.size() == 0; }
+  void check_covariance() const;  // throws Error unless it has the model's size, or is empty
 };
 
 // The standard deviation of each parameter of the lens: 0 for a held one, and where rounding made a
@@ -50,8 +52,8 @@ struct UncertainPoint {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
 };
 
-// The pixel of a point in the camera frame; no value outside the lens' domain. Throws Error if the
-// covariance of the lens does not have the size of its model.
+// The pixel of a point in the camera frame; no value outside the lens' domain. Throws Error as
+// UncertainCamera::check_covariance.
 std::optional<UncertainPixel> project(const UncertainCamera& known,
                                       const UncertainPoint& in_camera);
 

@@ -4,16 +4,10 @@
 #include <fmt/ranges.h>
 
 #include "tagcal/camera/model.hpp"
+#include "tagcal/io/yaml/yaml_parts.hpp"
 
 namespace tagcal {
 namespace {
-
-std::string pose_text(const Pose& pose) {
-  const Eigen::Quaterniond q = pose.rotation();
-  const Eigen::Vector3d& t = pose.translation();
-  return fmt::format("{{rotation: [{}, {}, {}, {}], translation_m: [{}, {}, {}]}}", q.w(), q.x(),
-                     q.y(), q.z(), t.x(), t.y(), t.z());
-}
 
 std::string camera_text(const Scene& scene) {
   const auto p = parameters(scene.camera.lens);
@@ -32,7 +26,7 @@ std::string target_text(const Tags& board) {
   std::vector<std::string> tags;
   for (const Tag& tag : board.tags)
     tags.push_back(fmt::format("{{id: {}, size: {}, pose: {}}}", tag.id, tag.size,
-                               pose_text(tag.board_from_tag)));
+                               internal::pose_yaml(tag.board_from_tag)));
   return fmt::format(
       "  - target: {{target_type: tags, family: {}, border_bits: {}, corner_squares: false, tags: "
       "[\n      {}]}}\n",
@@ -51,7 +45,7 @@ std::string board_text(const PlacedBoard& placed) {
   const BoardPattern& pattern = placed.board.pattern;
   const auto* const grid = std::get_if<AprilGrid>(&pattern);
   return (grid ? target_text(*grid) : target_text(std::get<Tags>(pattern))) +
-         "    world_from_board: " + pose_text(placed.world_from_board) + "\n";
+         "    world_from_board: " + internal::pose_yaml(placed.world_from_board) + "\n";
 }
 
 std::string light_text(const Light& light) {
@@ -105,7 +99,7 @@ std::string scene_text(const Scene& scene) {
   for (const Occluder& occluder : scene.occluders) text += occluder_text(occluder);
   text += "path:\n  type: poses\n  camera_from_world:\n";
   for (const Pose& pose : std::get<ExplicitPath>(scene.path).camera_from_world)
-    text += "    - " + pose_text(pose) + "\n";
+    text += "    - " + internal::pose_yaml(pose) + "\n";
   text += sensor_text(scene.sensor);
   if (scene.light) text += light_text(*scene.light);
   return text + fmt::format(

@@ -171,7 +171,6 @@ class PanelCompletion {
       return why;
     set_seen(tag, refined->corners);
     result.tags.push_back(*refined);
-    result.added.push_back(tag.id);
     return std::nullopt;
   }
 
@@ -227,8 +226,7 @@ class PanelCompletion {
     const std::vector<FoundTag> added = panel.find(fitted, missing);
     if (!added.empty()) lens_ = panel.lens();
     for (const FoundTag& tag : added) {
-      if (std::erase_if(result.tags, [&](const FoundTag& old) { return old.id == tag.id; }) == 0)
-        result.added.push_back(tag.id);
+      std::erase_if(result.tags, [&](const FoundTag& old) { return old.id == tag.id; });
       result.tags.push_back(tag);
       set_seen(*std::ranges::find(tags_, tag.id, &PlacedTag::id), tag.corners);
     }

@@ -35,7 +35,6 @@ struct MissingTag {
 
 struct Completion {
   std::vector<FoundTag> tags;       // by id: found ones that were kept, and added ones
-  std::vector<int> added;           // ids, in the order in which they were found
   std::vector<MissingTag> missing;  // by id
 };
 

@@ -34,7 +34,7 @@ std::optional<MosaicGains> mosaic_gains(const ImageView8& image) {
   constexpr double kBlocks = 4000;  // numeric: a sample of the blocks
   constexpr float kDarkest = 64;    // numeric: a step of one level is 6 % of a darker pixel
   const double pixels = static_cast<double>(image.width()) * image.height();
-  const int step = 2 * std::max(3, static_cast<int>(std::sqrt(pixels / kBlocks) / 2));  // px
+  const int step = 2 * std::max(1, static_cast<int>(std::sqrt(pixels / kBlocks) / 2));  // px
   std::vector<Block> blocks;
   for (int y = 0; y + 1 < image.height(); y += step) {
     for (int x = 0; x + 1 < image.width(); x += step) {
@@ -50,17 +50,25 @@ std::optional<MosaicGains> mosaic_gains(const ImageView8& image) {
   if (blocks.size() < 2) return std::nullopt;
   const auto half = static_cast<std::ptrdiff_t>(blocks.size() / 2);
   std::ranges::nth_element(blocks, blocks.begin() + half, std::ranges::greater(), &Block::sum);
-  std::array<double, 4> shares{};
+  std::array<double, 4> shares{}, errors{};
   for (std::size_t k = 0; k < 4; ++k) {
     std::vector<double> all;
     for (auto block = blocks.begin(); block != blocks.begin() + half; ++block)
       all.push_back(block->share[k]);
-    shares[k] = median(std::move(all));
+    shares[k] = median(all);
+    for (double& share : all) share = std::abs(share - shares[k]);
+    constexpr double kMedianError = 1.858;  // numeric: of normal values, of their median deviation
+    errors[k] = kMedianError * median(std::move(all)) / std::sqrt(half);
   }
-  const auto [least, most] = std::ranges::minmax(shares);
-  if (!(least > 0) || most < policy::kMosaicRatio * least) return std::nullopt;
+  const auto least = std::ranges::min_element(shares), most = std::ranges::max_element(shares);
+  // In small pictures the structure itself can differ between the phases.
+  const auto bound = [&](auto share) {
+    return policy::kMosaicSigmas * errors[static_cast<std::size_t>(share - shares.begin())];
+  };
+  if (!(*least > 0) || *most - bound(most) < policy::kMosaicRatio * (*least + bound(least)))
+    return std::nullopt;
   MosaicGains gains;
-  for (std::size_t k = 0; k < 4; ++k) gains[k] = most / shares[k];
+  for (std::size_t k = 0; k < 4; ++k) gains[k] = *most / shares[k];
   return gains;
 }
 

@@ -24,13 +24,10 @@ TagPattern tag_pattern(const TagFamily& family, int id, int border_bits,
       make_board(AprilGrid{1, 1, 1.0, surroundings.gap, id, family.name, border_bits, has_squares});
   const std::vector<InkCell> ink = ink_cells(board, family);
 
-  int own_border = family.reversed_border ? border_bits : family.width_at_border;
-  if (!family.reversed_border)
-    for (const TagFamily::Cell& bit : family.bits) own_border = std::min(own_border, bit.x);
-  const int more = border_bits - own_border;
-  const int side = family.width_at_border + 2 * more;
+  const TagFamily printed = with_border(family, board);
+  const int side = printed.width_at_border;
   // Kalibr's squares stand where other tags have their white frame.
-  const int frame = has_squares ? 0 : (family.total_width + 2 * more - side) / 2;
+  const int frame = has_squares ? 0 : (printed.total_width - side) / 2;
   TagPattern pattern;
   for (int i = -frame; i <= side + frame; ++i)
     pattern.lines.push_back(static_cast<double>(i) / side);

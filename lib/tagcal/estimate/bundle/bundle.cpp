@@ -117,6 +117,17 @@ std::optional<Eigen::MatrixXd> products_of(const Bundle& bundle, std::size_t vie
   return gram;
 }
 
+std::optional<Eigen::MatrixXd> products_of(const ViewProblem& view,
+                                           std::span<const FreeParameter> free, const Lens& lens,
+                                           const Pose& camera_from_target,
+                                           const ViewRowTerms& rows) {
+  const ViewArrays arrays(view);
+  ParameterSums sums(arrays.view(), free, {}, rows);
+  Eigen::MatrixXd gram;
+  if (!sums.at(lens, camera_from_target, gram)) return std::nullopt;
+  return gram;
+}
+
 std::optional<ParameterSums::RowEquations> row_equations(const Bundle& bundle, std::size_t view,
                                                          const Lens& lens) {
   ViewRowTerms rows = bundle.row_prior(view);

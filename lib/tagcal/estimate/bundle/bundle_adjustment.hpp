@@ -100,6 +100,11 @@ struct ViewEquations {
 std::optional<Eigen::MatrixXd> products_of(const Bundle& bundle, std::size_t view,
                                            std::span<const FreeParameter> free, const Lens& lens,
                                            const Pose& camera_from_target);
+// The same of a view alone, without the shapes of a board.
+std::optional<Eigen::MatrixXd> products_of(const ViewProblem& view,
+                                           std::span<const FreeParameter> free, const Lens& lens,
+                                           const Pose& camera_from_target,
+                                           const ViewRowTerms& rows = {});
 
 // The equations of a view's row terms, of the bundle's kind, for a lens. No value if a point is
 // outside its domain.

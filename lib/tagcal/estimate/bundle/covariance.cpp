@@ -123,11 +123,22 @@ std::optional<ViewInformation> information_of(const Bundle& bundle, std::size_t 
 std::optional<ViewInformation> information_of(const ViewProblem& view, const Lens& lens,
                                               const Model& model, const Pose& camera_from_target,
                                               const ViewRowTerms& rows) {
-  const ViewArrays arrays(view);
-  ParameterSums sums(arrays.view(), model.free(), {}, rows);
-  MatrixXd gram;
-  if (!sums.at(lens, camera_from_target, gram)) return std::nullopt;
-  return eliminate_pose(gram);
+  // The target's origin may be so far away that it hides the lens behind rounding, so that the
+  // pose is that of the centre of the points.
+  Vector3d centre = Vector3d::Zero();
+  for (const Correspondence& c : view.correspondences)
+    centre += c.point / static_cast<double>(view.correspondences.size());
+  ViewProblem about_centre = view;
+  for (Correspondence& c : about_centre.correspondences.own()) c.point -= centre;
+  const Pose camera_from_centre(camera_from_target.rotation(), camera_from_target * centre);
+  const auto gram = products_of(about_centre, model.free(), lens, camera_from_centre, rows);
+  auto result = gram ? eliminate_pose(*gram) : std::nullopt;
+  if (!result) return std::nullopt;
+  Matrix6 origin_by_centre = Matrix6::Identity();
+  origin_by_centre.bottomLeftCorner<3, 3>() = cross_matrix(camera_from_target.rotation() * centre);
+  result->pose_by_parameters = origin_by_centre * result->pose_by_parameters;
+  result->pose_inverse = origin_by_centre * result->pose_inverse * origin_by_centre.transpose();
+  return result;
 }
 
 MatrixXd BundleInformation::data() const {

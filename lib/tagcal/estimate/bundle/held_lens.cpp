@@ -22,32 +22,12 @@ VectorXd by_log_focal(const UncertainCamera& camera) {
   return step;
 }
 
-// The information of a view in a frame whose origin is the centre of its points: that of the target
-// may be so far away that it hides the lens behind rounding. The step of the translation is that of
-// the target's origin again.
-std::optional<ViewInformation> information_in_camera(const ViewProblem& view,
-                                                     const UncertainCamera& camera,
-                                                     const Pose& camera_from_target) {
-  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-  for (const Correspondence& c : view.correspondences)
-    centre += c.point / static_cast<double>(view.correspondences.size());
-  ViewProblem about_centre = view;
-  for (Correspondence& c : about_centre.correspondences.own()) c.point -= centre;
-  const Pose camera_from_centre(camera_from_target.rotation(), camera_from_target * centre);
-  auto result =
-      information_of(about_centre, camera.camera.lens, *camera.model, camera_from_centre, {});
-  if (result)
-    result->pose_by_parameters.bottomRows<3>() +=
-        cross_matrix(camera_from_target.rotation() * centre) *
-        result->pose_by_parameters.topRows<3>();
-  return result;
-}
-
 }  // namespace
 
 std::optional<LensResponse> lens_response(const ViewProblem& view, const UncertainCamera& camera,
                                           const Pose& camera_from_target, bool free_focal) {
-  const auto of_view = information_in_camera(view, camera, camera_from_target);
+  const auto of_view =
+      information_of(view, camera.camera.lens, *camera.model, camera_from_target, {});
   if (!of_view) return std::nullopt;
   if (!free_focal)
     return LensResponse{-of_view->pose_by_parameters, of_view->schur, of_view->gradient};

@@ -6,8 +6,9 @@
 #include "tagcal/estimate/pose/reprojection.hpp"
 #include "tagcal/uncertainty/uncertain_camera.hpp"
 
-// The error of a lens that the fit of a view holds (consider covariance: Tapley, Schutz & Born,
-// Statistical Orbit Determination, 2004, section 6.2).
+// A view is fitted with a lens that is held at its estimate, and the pose has a share of the lens'
+// error (consider covariance: Tapley, Schutz & Born, Statistical Orbit Determination, 2004,
+// section 6.2).
 
 namespace tagcal::internal {
 
@@ -22,14 +23,13 @@ struct LensResponse {
   Eigen::VectorXd gradient;
 };
 
-// Of a view whose residuals have a standard deviation of 1. `free_focal`: the fit has the mean of
-// log fx and log fy as a parameter. No value if the view does not determine the pose. Precondition:
-// the camera has a model.
+// The response for a view whose residuals have a standard deviation of 1. `free_focal`: the fit
+// has the mean of log fx and log fy as a parameter. No value if the view does not determine the
+// pose. Precondition: the camera has a model.
 std::optional<LensResponse> lens_response(const ViewProblem& view, const UncertainCamera& camera,
                                           const Pose& camera_from_target, bool free_focal);
 
-// What is known of the lens after the view, about the held one, if `prior` was known before: the
-// covariance and the square of the mean.
+// The second moment of the lens' error after the view, given its covariance before the view.
 Eigen::MatrixXd learned_covariance(const LensResponse& response, const Eigen::MatrixXd& prior);
 
 }  // namespace tagcal::internal

@@ -25,11 +25,6 @@ void add_chi_square(std::span<const Vector2d> residuals, std::span<const Matrix2
   }
 }
 
-Matrix2 covariance_of(const Matrix2& whitening) {
-  const Eigen::Matrix2d information = whitening.transpose() * whitening;
-  return information.inverse();
-}
-
 // Residuals and covariances of the corners, part by part.
 using Corners = std::function<void(
     const std::function<void(std::span<const Vector2d>, std::span<const Matrix2>)>& part)>;
@@ -61,6 +56,11 @@ double excess_px(const Corners& corners, double degrees_of_freedom) {
 }
 
 }  // namespace
+
+Matrix2 covariance_of(const Matrix2& whitening) {
+  const Eigen::Matrix2d information = whitening.transpose() * whitening;
+  return information.inverse();
+}
 
 double excess_px(std::span<const Vector2d> residuals_px, std::span<const Matrix2> covariance_px2,
                  double degrees_of_freedom) {

@@ -14,6 +14,9 @@ namespace tagcal::internal {
 double excess_px(std::span<const Eigen::Vector2d> residuals_px,
                  std::span<const Matrix2> covariance_px2, double degrees_of_freedom);
 
+// The covariance of a corner that is whitened so.
+Matrix2 covariance_of(const Matrix2& whitening);
+
 // Estimates the error of lens and target (excess_px) from a fit, and adds it to the covariance of
 // every corner of a whitened input. Returns true if it changed, so that the fit must be repeated.
 bool update_model_error(CalibrationInput& input, const CalibrationFit& fit);

@@ -5,6 +5,7 @@
 
 #include "tagcal/estimate/pose/ransac.hpp"
 #include "tagcal/solvers/numeric/projective_map.hpp"
+#include "tagcal/solvers/numeric/statistics.hpp"
 #include "tagcal/solvers/plane.hpp"
 
 namespace tagcal::internal {
@@ -78,10 +79,7 @@ double angle_of(double square_of_tangent) { return std::atan(std::sqrt(square_of
 // Median of the squared tangents, where the noise is not known.
 struct MedianOfSquares {
   double operator()(std::span<const double> squares) const {
-    buffer.assign(squares.begin(), squares.end());
-    const auto middle = buffer.begin() + static_cast<std::ptrdiff_t>(buffer.size() / 2);
-    std::nth_element(buffer.begin(), middle, buffer.end());
-    return *middle;
+    return median({squares.begin(), squares.end()});
   }
   // policy::kLmedsSigmas robust standard deviations, and what a lens bends.
   double inlier_square(double median) const {
@@ -96,8 +94,6 @@ struct MedianOfSquares {
   bool may_end_search(double median) const {
     return angle_of(median) < policy::kLmedsGoodMedianRad;
   }
-
-  mutable std::vector<double> buffer = {};
 };
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "tagcal/camera/kernels/projection_rows.hpp"
+#include "tagcal/estimate/bundle/observability.hpp"
 #include "tagcal/estimate/policy/check_policy.hpp"
 #include "tagcal/internal/spread_indices.hpp"
 
@@ -39,10 +40,10 @@ class Candidates {
       const bool is_reference = c == fit.state.poses.reference;
       if (layout_.pose[c] || (is_reference && connected > 2)) add_place(c, size);
     }
-    std::ranges::stable_sort(all_, {}, [](const Candidate& c) { return c.basis.cols(); });
+    std::ranges::stable_sort(all_, {}, [](const PossibleChange& c) { return c.basis.cols(); });
   }
 
-  const std::vector<Candidate>& all() const { return all_; }
+  const std::vector<PossibleChange>& all() const { return all_; }
 
  private:
   void add_lens(std::size_t c, Index size) {
@@ -59,7 +60,7 @@ class Candidates {
       centre.col(centre.cols() - 1) = VectorXd::Unit(k, at);
     }
     const MatrixXd rows = aligned_jacobian({bundle.model, {bundle.lens(), bundle.image_size}, {}},
-                                           samples_of(bundle), kInfinitelyFar);
+                                           seen_region(bundle).samples(), kInfinitelyFar);
     const auto add = [&](ChangeKind kind, const MatrixXd& basis) {
       MatrixXd of_all = MatrixXd::Zero(size, basis.cols());
       of_all.middleRows(layout_.lens[c], k) = basis;
@@ -71,13 +72,6 @@ class Candidates {
     if (centre.cols() > 0) add(ChangeKind::principal_point, centre);
     if (!focal.isZero() && centre.cols() > 0) add(ChangeKind::focal_and_centre, both);
     if (k > both.cols()) add(ChangeKind::lens, MatrixXd::Identity(k, k));
-  }
-
-  static std::vector<Vector2d> samples_of(const Bundle& bundle) {
-    std::vector<Vector2d> pixels;
-    for (const ViewProblem& view : bundle.views)
-      for (const Correspondence& corner : view.correspondences) pixels.push_back(corner.pixel);
-    return SeenRegion(bundle.image_size, pixels).samples();
   }
 
   void add_place(std::size_t c, Index size) {
@@ -115,11 +109,11 @@ class Candidates {
 
   const FreeFit& fit_;
   RigLayout layout_;
-  std::vector<Candidate> all_;
+  std::vector<PossibleChange> all_;
 };
 
 // The coefficients in the parameters that people read, with their standard deviations.
-std::vector<ParameterChange> parameter_changes(const Candidate& candidate,
+std::vector<ParameterChange> parameter_changes(const PossibleChange& candidate,
                                                const ChangeTest::Explained& explained,
                                                const FreeFit& fit) {
   std::vector<ParameterChange> changes;
@@ -146,22 +140,22 @@ std::vector<ParameterChange> parameter_changes(const Candidate& candidate,
 }
 
 // True if a candidate can change all that another one can.
-bool contains(const Candidate& all, const Candidate& part) {
+bool contains(const PossibleChange& all, const PossibleChange& part) {
   const MatrixXd rest = all.basis * all.basis.colPivHouseholderQr().solve(part.basis) - part.basis;
   return rest.norm() < 1e-9 * part.basis.norm();  // numeric: rounding
 }
 
 }  // namespace
 
-std::vector<Candidate> candidates_of(const FreeFit& fit, Index size) {
+std::vector<PossibleChange> candidates_of(const FreeFit& fit, Index size) {
   return Candidates(fit, size).all();
 }
 
-std::optional<CameraChange> leanest_change(const std::vector<Candidate>& candidates,
+std::optional<CameraChange> leanest_change(const std::vector<PossibleChange>& candidates,
                                            const ChangeTest& test, const FreeFit& fit) {
-  const Candidate* best = nullptr;
+  const PossibleChange* best = nullptr;
   ChangeTest::Explained of_best;
-  for (const Candidate& candidate : candidates) {
+  for (const PossibleChange& candidate : candidates) {
     if (best && candidate.basis.cols() > best->basis.cols()) break;
     ChangeTest::Explained explained = test.explained_by(candidate.basis);
     if (test.rest(explained) > policy::kCheckQuantile) continue;
@@ -173,14 +167,14 @@ std::optional<CameraChange> leanest_change(const std::vector<Candidate>& candida
   const auto [rms, most] = lengths(best->pixels * of_best.coefficients);
   CameraChange change{best->camera, best->kind, parameter_changes(*best, of_best, fit),
                       rms,          most,       {}};
-  for (const Candidate& other : candidates)
+  for (const PossibleChange& other : candidates)
     if (!contains(other, *best) &&
         test.rest(test.explained_by(other.basis)) <= policy::kCheckQuantile)
       change.as_well.push_back({other.camera, other.kind});
   return change;
 }
 
-DetectableChange detectable(const Candidate& candidate, const ChangeTest& test,
+DetectableChange detectable(const PossibleChange& candidate, const ChangeTest& test,
                             const FreeFit& fit) {
   const VectorXd least = test.least_shown(candidate.basis, candidate.pixels);
   DetectableChange change{

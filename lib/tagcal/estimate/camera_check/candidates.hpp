@@ -9,7 +9,7 @@ namespace tagcal::internal {
 
 // A kind of change of one camera: a basis of the parameters of the check, and the pixels that it
 // moves.
-struct Candidate {
+struct PossibleChange {
   std::size_t camera = 0;
   ChangeKind kind = ChangeKind::lens;
   Eigen::MatrixXd basis;
@@ -18,14 +18,15 @@ struct Candidate {
 
 // The kinds of change of the cameras of a fit, by its parameters (`size`: their number, with the
 // board's shape), the leanest first.
-std::vector<Candidate> candidates_of(const FreeFit& fit, Eigen::Index size);
+std::vector<PossibleChange> candidates_of(const FreeFit& fit, Eigen::Index size);
 
 // The leanest kind whose rest is not significant; of several with as many parameters the one that
 // leaves least. No value if none is.
-std::optional<CameraChange> leanest_change(const std::vector<Candidate>& candidates,
+std::optional<CameraChange> leanest_change(const std::vector<PossibleChange>& candidates,
                                            const ChangeTest& test, const FreeFit& fit);
 
 // The smallest change of a kind that the pictures would have shown.
-DetectableChange detectable(const Candidate& candidate, const ChangeTest& test, const FreeFit& fit);
+DetectableChange detectable(const PossibleChange& candidate, const ChangeTest& test,
+                            const FreeFit& fit);
 
 }  // namespace tagcal::internal

@@ -66,9 +66,8 @@ ChangeTest::ChangeTest(const FreeFit& fit, const KnownRig& known,
                        const BundleInformation& information)
     : freedom_(fit.freedom) {
   const RigLayout layout(fit.state, fit.connected);
-  num_parameters_ = layout.size;
   const auto spread = covariance_of(information, 1, 1, overdispersion_of_rig(fit.state));
-  if (spread) overdispersion_ = spread->overdispersion;
+  const double overdispersion = spread ? spread->overdispersion : 1;
   const MatrixXd data = information.data();
   VectorXd gradient = VectorXd::Zero(data.rows());
   for (const ViewInformation& view : information.views) gradient += view.gradient;
@@ -88,12 +87,12 @@ ChangeTest::ChangeTest(const FreeFit& fit, const KnownRig& known,
   const VectorXd difference = -(roots.cwiseInverse().asDiagonal() * directions.transpose() *
                                 unit.cwiseInverse().asDiagonal() * gradient);
   const MatrixXd covariance =
-      overdispersion_ * MatrixXd::Identity(rank, rank) +
+      overdispersion * MatrixXd::Identity(rank, rank) +
       by_change * known_covariance(fit, layout, known) * by_change.transpose();
   const Eigen::LLT<MatrixXd> llt(covariance);
   by_change_ = llt.matrixL().solve(by_change);
   difference_ = llt.matrixL().solve(difference);
-  all_ = explained_by(MatrixXd::Identity(data.rows(), num_parameters_));
+  all_ = explained_by(MatrixXd::Identity(data.rows(), layout.size));
 }
 
 ChangeTest::Explained ChangeTest::explained_by(const MatrixXd& basis) const {
@@ -141,8 +140,7 @@ VectorXd ChangeTest::least_shown(const MatrixXd& basis, const MatrixXd& rows) co
   const double needed = noncentrality(static_cast<double>(std::max<Index>(1, all_.freedom)),
                                       policy::kCheckQuantile, policy::kCheckQuantile);
   // Eigenvectors v have v' F v = 1.
-  return std::sqrt(needed) * unit.cwiseInverse().asDiagonal() *
-         eigen.eigenvectors().rightCols(1);
+  return std::sqrt(needed) * unit.cwiseInverse().asDiagonal() * eigen.eigenvectors().rightCols(1);
 }
 
 }  // namespace tagcal::internal

@@ -23,9 +23,9 @@ class ChangeTest {
     Eigen::MatrixXd covariance;
   };
   Explained explained_by(const Eigen::MatrixXd& basis) const;
-  const Explained& by_all() const { return all_; }
 
-  // The normal score of the difference that a change explains, and of what it leaves of `by_all`.
+  // The normal score of the difference that a change explains, and of what it leaves of the
+  // whole difference.
   double score(double square, Eigen::Index freedom) const;
   double score() const { return score(all_.square, all_.freedom); }
   double rest(const Explained& part) const;
@@ -34,13 +34,8 @@ class ChangeTest {
   // the coefficients of the basis), with the size at which it is found.
   Eigen::VectorXd least_shown(const Eigen::MatrixXd& basis, const Eigen::MatrixXd& rows) const;
 
-  Eigen::Index num_parameters() const { return num_parameters_; }  // without the board's shape
-  double overdispersion() const { return overdispersion_; }
-
  private:
-  double overdispersion_ = 1;
   double freedom_ = 0;  // of the noise
-  Eigen::Index num_parameters_ = 0;
   Eigen::VectorXd difference_;
   Eigen::MatrixXd by_change_;
   Explained all_;

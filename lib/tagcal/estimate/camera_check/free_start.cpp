@@ -1,22 +1,12 @@
 #include "tagcal/estimate/camera_check/free_start.hpp"
 
-#include <Eigen/LU>
-
+#include "tagcal/estimate/calibration/model_error.hpp"
 #include "tagcal/estimate/findings.hpp"
 #include "tagcal/estimate/policy/check_policy.hpp"
 #include "tagcal/estimate/pose/pose_minima.hpp"
 #include "tagcal/estimate/pose/robust_pose.hpp"
 
 namespace tagcal::internal {
-namespace {
-
-Matrix2 covariance_of_whitened(const Matrix2& whitening) {
-  const Eigen::Matrix2d information = whitening.transpose() * whitening;
-  return information.inverse();
-}
-
-}  // namespace
-
 std::vector<WholeView> whole_views(const CalibrationInput& input, const Camera& camera,
                                    std::vector<Finding>& findings) {
   std::vector<WholeView> views;
@@ -37,9 +27,8 @@ std::vector<WholeView> whole_views(const CalibrationInput& input, const Camera& 
     view.inlier.assign(corners.size(), 1);
     for (const std::size_t i : pose.outliers) view.inlier[i] = 0;
     for (std::size_t i = 0; i < corners.size(); ++i)
-      view.covariance_px2.push_back(input.whitened
-                                        ? covariance_of_whitened(prepared.problem.whitening[i])
-                                        : Matrix2(Matrix2::Identity()));
+      view.covariance_px2.push_back(input.whitened ? covariance_of(prepared.problem.whitening[i])
+                                                   : Matrix2(Matrix2::Identity()));
   }
   return views;
 }

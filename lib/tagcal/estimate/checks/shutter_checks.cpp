@@ -36,7 +36,8 @@ std::optional<Finding> check_rows(const Bundle& bundle) {
                  "the upper and lower rows of the pictures are displaced by " +
                      with_digits(rms_px, 2) +
                      " px (RMS) against their middle, each picture by its own: a rolling shutter, "
-                     "or a camera or board that moved; hold both still, or use a global shutter");
+                     "a camera or board that moved, or another zoom, crop or focus (stabilised "
+                     "pictures, too); hold both still, or use a global shutter");
 }
 
 std::optional<Finding> check_shutter(const Bundle& bundle, const CalibrateOptions& options) {
@@ -53,7 +54,8 @@ std::optional<Finding> check_shutter(const Bundle& bundle, const CalibrateOption
   return finding(
       code::rolling_shutter,
       options.times_s.empty()
-          ? "rows are taken one after another" + off + ", or give a video and --shutter rolling"
+          ? "rows are displaced, as by a rolling shutter or by another zoom, crop or focus" + off +
+                ", or give a video and --shutter rolling"
           : "the poses of neighbours in time do not show all motion of the rows" + off);
 }
 

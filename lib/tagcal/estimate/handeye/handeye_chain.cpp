@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
+#include "tagcal/estimate/bundle/bundle_adjustment.hpp"
 #include "tagcal/estimate/bundle/linked_poses.hpp"
 
 namespace tagcal::internal {
@@ -28,7 +29,6 @@ HandeyeSteps::HandeyeSteps(const HandeyePlaces& places, CameraMount mount,
 std::optional<Eigen::MatrixXd> products(const HandeyeSight& sight, const UncertainCamera& camera,
                                         const Pose& camera_from_board) {
   const Eigen::Index shared = camera.covariance.cols();
-  Eigen::MatrixXd gram;
   if (sight.corners.correspondences.empty()) {
     const SeenPose& own = sight.own.front();
     Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(6, 7 + shared);
@@ -37,14 +37,12 @@ std::optional<Eigen::MatrixXd> products(const HandeyeSight& sight, const Uncerta
     rows.rightCols<1>() = minus(camera_from_board, own.camera_from_target);
     const Eigen::LLT<Eigen::Matrix<double, 6, 6>> llt(own.covariance);
     rows = llt.matrixL().solve(rows).eval();
-    gram = rows.transpose() * rows;
-    return gram;
+    return Eigen::MatrixXd(rows.transpose() * rows);
   }
-  const ViewArrays arrays(sight.corners);
-  ParameterSums sums(arrays.view(),
-                     shared > 0 ? camera.model->free() : std::span<const FreeParameter>());
-  if (!sums.at(camera.camera.lens, camera_from_board, gram)) return std::nullopt;
-  return Eigen::MatrixXd(gram.selfadjointView<Eigen::Upper>());
+  const auto free = shared > 0 ? camera.model->free() : std::span<const FreeParameter>();
+  const auto upper = products_of(sight.corners, free, camera.camera.lens, camera_from_board);
+  if (!upper) return std::nullopt;
+  return Eigen::MatrixXd(upper->selfadjointView<Eigen::Upper>());
 }
 
 double disagreement_m(const HandeyePlaces& places, CameraMount mount, const HandeyeScale& scale,

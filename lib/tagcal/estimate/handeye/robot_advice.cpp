@@ -116,10 +116,7 @@ std::optional<AdvisedRobotPose> advise_robot_pose(const HandeyeProblem& problem,
   std::optional<AdvisedRobotPose> best;
   double least = solved->covariance.topLeftCorner<6, 6>().determinant();
   for (const Pose& pose : camera_poses(problem.scale, side)) {
-    const Pose mount_from_holder =
-        state.places.mount_from_camera * pose * state.places.holder_from_board.inverse();
-    const Pose hand =
-        problem.mount == CameraMount::base ? mount_from_holder : mount_from_holder.inverse();
+    const Pose hand = base_from_hand(state.places, problem.mount, pose);
     const auto one = seen_from(problem, pose);
     if (!one || !is_near(state, hand)) continue;
     const auto view = HandeyeEquations::at(*one, {state.places, {hand}, state.time_offset_s});

@@ -67,18 +67,16 @@ std::optional<Reprojection> reprojection(const ViewProblem& view, const Lens& le
   return r;
 }
 
-double whitened_square(const ViewProblem& view, std::size_t i, const Vector2d& residual) {
-  const double square = view.whitening.empty() ? residual.squaredNorm()
-                                               : (view.whitening[i] * residual).squaredNorm();
-  return std::isfinite(square) ? square : std::numeric_limits<double>::infinity();
-}
-
 std::vector<double> whitened_squares(const ViewProblem& view, const Lens& lens,
                                      const Pose& camera_from_target) {
   std::vector<double> squares;
   squares.reserve(view.correspondences.size());
-  for (const Vector2d& r : residuals_px(view.correspondences, lens, camera_from_target))
-    squares.push_back(whitened_square(view, squares.size(), r));
+  for (const Vector2d& r : residuals_px(view.correspondences, lens, camera_from_target)) {
+    const double square = view.whitening.empty()
+                              ? r.squaredNorm()
+                              : (view.whitening[squares.size()] * r).squaredNorm();
+    squares.push_back(std::isfinite(square) ? square : std::numeric_limits<double>::infinity());
+  }
   return squares;
 }
 

@@ -53,10 +53,7 @@ std::optional<Reprojection> reprojection(const ViewProblem& view, const Lens& le
                                          std::span<const FreeParameter> free,
                                          const Pose& camera_from_target);
 
-// Squared whitened length of a corner's residual (given in pixels); infinite if it is not finite.
-double whitened_square(const ViewProblem& view, std::size_t i, const Eigen::Vector2d& residual);
-
-// The same for all corners of a view.
+// Squared whitened lengths of the residuals of a view's corners; infinite if not finite.
 std::vector<double> whitened_squares(const ViewProblem& view, const Lens& lens,
                                      const Pose& camera_from_target);
 

@@ -110,13 +110,6 @@ double largest_inlier_square(const NoiseLevel& noise, std::span<const double> fi
                                      kOutlierSquare * kLeastPoseSigmaPx * kLeastPoseSigmaPx));
 }
 
-std::vector<std::size_t> within(std::span<const double> squares, double largest) {
-  std::vector<std::size_t> result;
-  for (std::size_t i = 0; i < squares.size(); ++i)
-    if (squares[i] <= largest) result.push_back(i);
-  return result;
-}
-
 std::vector<std::size_t> complement(std::span<const std::size_t> chosen, std::size_t n) {
   std::vector<std::size_t> result;
   std::size_t next = 0;

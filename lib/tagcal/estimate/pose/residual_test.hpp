@@ -43,9 +43,6 @@ bool spatially_correlated(std::span<const Eigen::Vector2d> pixels,
 // deviations by their median, which is what residual_test allows.
 double largest_inlier_square(const NoiseLevel& noise, std::span<const double> fitted);
 
-// Indices of the squares up to the largest, ascending.
-std::vector<std::size_t> within(std::span<const double> squares, double largest);
-
 // Returns the indices below n that are not in an ascending list.
 std::vector<std::size_t> complement(std::span<const std::size_t> chosen, std::size_t n);
 

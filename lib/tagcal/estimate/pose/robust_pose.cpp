@@ -138,7 +138,7 @@ RobustPose<N> update_inliers(std::span<const Correspondence> correspondences, co
     std::vector<double> fitted;
     for (const std::size_t i : chosen) fitted.push_back(squares[i]);
     std::vector<std::size_t> next =
-        within(squares, largest_inlier_square(result.fit->noise, fitted));
+        indices_within(squares, largest_inlier_square(result.fit->noise, fitted));
     std::erase_if(next, is_shifted);
     if (next == chosen) break;
     chosen = next;

@@ -2,7 +2,11 @@
 
 #include <Eigen/QR>
 #include <algorithm>
+#include <array>
 #include <cmath>
+
+#include "tagcal/camera/kernels/projection_rows.hpp"
+#include "tagcal/uncertainty/rays/seen_ray.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -24,44 +28,22 @@ MatrixXd by_parameters(const UncertainPair& pair) {
   return all;
 }
 
-// The derivative of a function of a lens by its free parameters, by central differences.
-template <typename Function>
-MatrixXd by_lens(const UncertainCamera& camera, const Function& of_lens) {
-  if (!camera.model) return MatrixXd(of_lens(camera.camera.lens).size(), 0);
-  const std::vector<double> values = camera.model->free_values(camera.camera.lens);
-  MatrixXd by(of_lens(camera.camera.lens).size(), std::ssize(values));
-  for (std::size_t k = 0; k < values.size(); ++k) {
-    const double h = 1e-6 * std::max(1.0, std::abs(values[k]));  // numeric: between both roundings
-    const auto at = [&](double value) {
-      std::vector<double> moved = values;
-      moved[k] = value;
-      return of_lens(*camera.model->lens(moved, camera.camera.image_size));
-    };
-    by.col(static_cast<Index>(k)) = (at(values[k] + h) - at(values[k] - h)) / (2 * h);
-  }
-  return by;
+std::span<const FreeParameter> free_of(const UncertainCamera& camera) {
+  return camera.model ? camera.model->free() : std::span<const FreeParameter>();
 }
 
 // How the pixel of a point at `distance` on the axis of the first camera, in the second one,
 // depends on the parameters of the rig if it is kept at its pixel in the first.
 MatrixXd pixel_by_parameters(const UncertainPair& pair, const Pose& b_from_a, double distance,
-                             const PointJacobian& by_point, const Vector2d& centre) {
-  const Eigen::Quaterniond& turn = b_from_a.rotation();
-  const Vector3d along = turn * Vector3d(distance * Vector3d::UnitZ());
-  const Vector3d point = b_from_a * Vector3d(distance * Vector3d::UnitZ());
-  const MatrixXd by = by_parameters(pair);
-  MatrixXd of_pixel = by_point * (by.bottomRows<3>() - cross_matrix(along) * by.topRows<3>());
-  const auto add = [&](Index lens, const MatrixXd& by_its) {
-    if (by_its.cols() > 0) of_pixel.middleCols(lens, by_its.cols()) += by_its;
-  };
-  const Vector2d pixel = *project(pair.b.camera.lens, point);
-  add(pair.lens_b,
-      by_lens(pair.b, [&](const Lens& lens) { return project(lens, point).value_or(pixel); }));
-  add(pair.lens_a, by_lens(pair.a, [&](const Lens& lens) -> Vector2d {
-        const auto ray = ray_in_camera(lens, centre);
-        const Vector3d direction = ray ? ray->direction : Vector3d::UnitZ();
-        return by_point * (turn * Vector3d(distance * direction));
-      }));
+                             const ProjectionRows& in_b, const Vector2d& in_a) {
+  MatrixXd of_pixel = in_b.by_pose * by_parameters(pair);
+  of_pixel.middleCols(pair.lens_b, in_b.by_parameters.cols()) += in_b.by_parameters;
+  if (pair.a.num_free() == 0) return of_pixel;
+  // At a pixel that is kept, the lens of the first moves the ray.
+  if (const auto ray = seen_ray(pair.a.camera.lens, in_a, free_of(pair.a)))
+    of_pixel.middleCols(pair.lens_a, pair.a.num_free()) -= distance * in_b.by_pose.rightCols<3>() *
+                                                           b_from_a.rotation_matrix() *
+                                                           ray->by_pixel * ray->pixel_by_parameters;
   return of_pixel;
 }
 
@@ -69,16 +51,14 @@ MatrixXd pixel_by_parameters(const UncertainPair& pair, const Pose& b_from_a, do
 // second pixel tells it. No value if the second camera does not see the point.
 std::optional<DepthUncertainty> depth_uncertainty(const UncertainPair& pair, const Pose& b_from_a,
                                                   double distance) {
-  const Vector3d axis = Vector3d::UnitZ(), point = b_from_a * Vector3d(distance * axis);
-  PointJacobian by_point;
-  const auto pixel =
-      std::visit([&](const auto& lens) { return lens.project(point, &by_point, nullptr); },
-                 pair.b.camera.lens);
-  const auto centre = project(pair.a.camera.lens, Vector3d(distance * axis));
-  if (!pixel || !centre) return std::nullopt;
-  const Vector2d by_depth = by_point * (b_from_a.rotation() * axis);
+  const Vector3d axis = Vector3d::UnitZ();
+  const std::array<Vector3d, 1> point = {distance * axis};
+  const auto in_b = projection_rows(pair.b.camera.lens, b_from_a, point, free_of(pair.b));
+  const auto in_a = project(pair.a.camera.lens, point[0]);
+  if (!in_b || !in_a) return std::nullopt;
+  const Vector2d by_depth = in_b->by_pose.rightCols<3>() * (b_from_a.rotation() * axis);
   if (!(by_depth.squaredNorm() > 0)) return std::nullopt;
-  const MatrixXd of_pixel = pixel_by_parameters(pair, b_from_a, distance, by_point, *centre);
+  const MatrixXd of_pixel = pixel_by_parameters(pair, b_from_a, distance, *in_b, *in_a);
   const VectorXd depth = -of_pixel.transpose() * by_depth / by_depth.squaredNorm();
   const VectorXd with_all = pair.covariance * depth;
   const double all = std::max(0.0, depth.dot(with_all));

@@ -14,8 +14,8 @@ FolderLock::FolderLock(const std::filesystem::path& folder, std::chrono::millise
   constexpr std::chrono::milliseconds kPause{5};
   const auto end = std::chrono::steady_clock::now() + patience;
   while (descriptor_ >= 0) {
-    is_held_ = ::flock(descriptor_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK;
-    if (is_held_ || std::chrono::steady_clock::now() >= end) return;
+    const bool is_held = ::flock(descriptor_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK;
+    if (is_held || std::chrono::steady_clock::now() >= end) return;
     std::this_thread::sleep_for(kPause);
   }
 }
