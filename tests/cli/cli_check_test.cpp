@@ -1,8 +1,9 @@
 #include <nlohmann/json.hpp>
 
 #include "cli_fixture.hpp"
+#include "report/lens_comparison.hpp"
 
-// tagcal check, from outside.
+// tagcal check, from outside; and the sentences of its verdicts.
 
 namespace tagcal::tools {
 namespace {
@@ -59,6 +60,23 @@ TEST_F(CheckCli, BadInputIsOneLine) {
   EXPECT_EQ(run("check " + kDesk).exit_code, 2);
   EXPECT_EQ(run("check " + kDesk + " --limit 0 --camera " + camera()).exit_code, 2);
   EXPECT_EQ(run("check " + kDesk + " --pair index --camera " + camera()).exit_code, 2);
+}
+
+// A pattern of difference that is better known than all of them together.
+TEST(ComparisonVerdict, ASmallDifferenceThatShowsSaysWhy) {
+  Comparison comparison;
+  comparison.difference.distance_m = 1;
+  comparison.difference.rms_px = comparison.difference.max_px = 0.12;
+  comparison.test = DifferenceTest{.expected_px = 0.46, .in_sigmas = 2.4, .smallest_px = 0.3};
+  const ComparisonVerdict small = verdict_of({&comparison, 1});
+  EXPECT_EQ(small.word, "CHANGED");
+  EXPECT_NE(small.sentence.find("explain 0.46 px in all, but less than was found of this pattern"),
+            std::string::npos)
+      << small.sentence;
+  EXPECT_TRUE(small.sentence.ends_with("(score 2.4)")) << small.sentence;
+  comparison.difference.rms_px = comparison.difference.max_px = 0.92;
+  const ComparisonVerdict large = verdict_of({&comparison, 1});
+  EXPECT_EQ(large.sentence.find("pattern"), std::string::npos) << large.sentence;
 }
 
 }  // namespace

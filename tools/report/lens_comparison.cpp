@@ -15,6 +15,21 @@ namespace {
 
 using Eigen::Vector2d;
 
+// The difference, and what the covariances of both explain of it. The test takes each pattern of
+// the difference by itself, so that it may find one that is small beside all that they explain.
+std::string difference_text(const Comparison& worst, CheckVerdict verdict) {
+  const double found_px = worst.difference.rms_px, explained_px = worst.test->expected_px;
+  const std::string apart = fmt::format("{} px apart at {}", two_digits(found_px),
+                                        distance_text(worst.difference.distance_m));
+  if (verdict == CheckVerdict::changed && found_px <= explained_px)
+    return fmt::format(
+        "{}: the covariances of both explain {} px in all, but less than was found of this pattern "
+        "of difference over the image",
+        apart, two_digits(explained_px));
+  return fmt::format("{}, where the covariances of both explain {} px", apart,
+                     two_digits(explained_px));
+}
+
 }  // namespace
 
 std::vector<Vector2d> common_region(const CalibrationFile& a, const CalibrationFile& b) {
@@ -39,12 +54,7 @@ ComparisonVerdict verdict_of(std::span<const Comparison> comparisons, double lim
   const CheckVerdict verdict = change_verdict(worst->test->in_sigmas, smallest, limit_px);
   const bool is_same = std::ranges::all_of(
       comparisons, [](const Comparison& c) { return c.difference.max_px < kLeastPx; });
-  std::string sentence =
-      is_same ? "both have the same lens"
-              : fmt::format("{} px apart at {}, where the covariances of both explain {} px",
-                            two_digits(worst->difference.rms_px),
-                            distance_text(worst->difference.distance_m),
-                            two_digits(worst->test->expected_px));
+  std::string sentence = is_same ? "both have the same lens" : difference_text(*worst, verdict);
   const std::string hidden =
       std::isfinite(smallest) ? two_digits(smallest) + " px" : std::string("any size");
   if (verdict == CheckVerdict::changed)
