@@ -128,7 +128,7 @@ std::vector<TargetMistake> grid_mistakes(const AprilGrid& grid, const SeenQuads&
                "write tagSpacing: {:.2f}",
                spacing, grid.tag_spacing,
                is_metres ? ", which looks like metres, but must be gap / tag size" : "", spacing),
-           false}};
+           true}};
 }
 
 // ---- ChArUco
