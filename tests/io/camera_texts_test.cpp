@@ -61,6 +61,29 @@ TEST_F(CameraTexts, MessagesOfRos) {
             std::string::npos);
 }
 
+// The camera of ROS is that of the whole picture, whatever the driver sends.
+TEST_F(CameraTexts, PartsAndBinnedPicturesOfRosAreNoted) {
+  const std::string yaml =
+      "image_width: 1280\nimage_height: 800\ncamera_name: front\ndistortion_model: plumb_bob\n"
+      "camera_matrix: {rows: 3, cols: 3, data: [620, 0, 640, 0, 620, 400, 0, 0, 1]}\n"
+      "distortion_coefficients: {rows: 1, cols: 5, data: [0, 0, 0, 0, 0]}\nbinning_x: 0\n";
+  for (const std::string& text : {kMessage, yaml}) {
+    const auto notes = [&](const std::string& keys) {
+      const CameraFile file = read(replaced(text, "binning_x: 0\n", keys));
+      EXPECT_EQ(file.cameras[0].calibration.camera.image_size, (ImageSize{1280, 800}));
+      return file.notes;
+    };
+    const std::vector<std::string> part = notes(
+        "binning_x: 1\nbinning_y: 2\nroi:\n  x_offset: 320\n  y_offset: 240\n  height: 480\n"
+        "  width: 640\n  do_rectify: false\n");
+    ASSERT_EQ(part.size(), 2U);
+    EXPECT_NE(part[0].find("--crop 320,240,640x480"), std::string::npos) << part[0];
+    EXPECT_TRUE(part[1].starts_with("binning_y: ")) << part[1];
+    EXPECT_TRUE(notes("roi: {x_offset: 0, y_offset: 0, height: 0, width: 0}\n").empty());
+    EXPECT_TRUE(notes("roi: {x_offset: 0, y_offset: 0, height: 800, width: 1280}\n").empty());
+  }
+}
+
 TEST_F(CameraTexts, TheIniFileOfRos) {
   const CameraFile file = read(kIni);
   EXPECT_EQ(file.format, "ros");

@@ -115,6 +115,28 @@ bool is_pair_without_place(const YamlValue& top) {
   return top.find("M1") && !top.find("R") && !top.find("T");
 }
 
+void note_sent_part(const YamlValue& top, const ImageSize& size, std::vector<std::string>& notes) {
+  if (const auto roi = top.find("roi"); roi && roi->is_map()) {
+    const auto side = [&](const char* key) {
+      const auto value = roi->find(key);
+      return value ? value->whole(0, limits::kMaxSidePx) : 0;
+    };
+    const int x = side("x_offset"), y = side("y_offset");
+    const ImageSize part{side("width"), side("height")};
+    if (part.width > 0 && part.height > 0 && part != size)
+      notes.push_back(
+          fmt::format("roi: the camera is that of the whole picture, of which the driver sends a "
+                      "part; tagcal convert --crop {},{},{}x{} takes the part",
+                      x, y, part.width, part.height));
+  }
+  for (const char* const key : {"binning_x", "binning_y"})
+    if (const auto binning = top.find(key); binning && binning->number() > 1)
+      notes.push_back(
+          fmt::format("{}: the camera is that of the pictures before binning; "
+                      "tagcal convert --resize takes the other size",
+                      key));
+}
+
 CameraFile read_opencv(const YamlValue& top, const std::optional<YamlValue>& extrinsics) {
   if (top.find("M1")) return read_stereo(top, extrinsics.value_or(top));
   CameraFile file;
@@ -131,6 +153,7 @@ CameraFile read_opencv(const YamlValue& top, const std::optional<YamlValue>& ext
   const bool ros = top.find("distortion_model") || top.find("camera_name");
   file.format = top.find("model") ? "tagcal" : ros ? "ros" : "opencv";
   if (ros && top.find("projection_matrix")) read_rectified_place(top, file);
+  if (ros) note_sent_part(top, file.cameras[0].calibration.camera.image_size, file.notes);
   return file;
 }
 

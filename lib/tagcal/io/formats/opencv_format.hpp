@@ -24,6 +24,11 @@ bool is_pair_without_place(const YamlValue& top);
 // number 0.
 void read_views(const YamlValue& views, CameraFile& file);
 
+// ROS: the camera is that of the whole picture of a size. Notes the keys roi and binning_x,
+// binning_y, by which the driver sends a part of it or bins its pixels. Throws Error if they are no
+// numbers.
+void note_sent_part(const YamlValue& top, const ImageSize& size, std::vector<std::string>& notes);
+
 enum class StorageKind { yaml, xml, json };
 StorageKind storage_kind(std::string_view extension);  // ".xml", ".json"; others are YAML
 

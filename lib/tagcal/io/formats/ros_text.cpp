@@ -116,12 +116,7 @@ CameraFile read_ros_message(const std::string& text, const std::string& file) {
   CameraFile result = read_by_keys(camera, file);
   if (end != std::string::npos && text.find_first_not_of("- \r\n", end) != std::string::npos)
     result.notes.emplace_back("dropped: the messages after the first one");
-  for (const char* const key : {"binning_x", "binning_y"})
-    if (const auto binning = top.find(key); binning && binning->number() > 1)
-      result.notes.push_back(
-          fmt::format("{}: the camera is that of the pictures before binning; "
-                      "tagcal convert --resize takes the other size",
-                      key));
+  note_sent_part(top, camera.size, result.notes);
   return result;
 }
 
