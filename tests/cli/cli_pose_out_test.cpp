@@ -166,6 +166,10 @@ TEST_F(CliPoseOut, BadNamesAreOneLine) {
                            " --camera " + path("set/truth.yaml") + " --out " + path("tags.csv"));
   EXPECT_EQ(tags.exit_code, 0) << tags.err;
   EXPECT_GT(lines_of("tags.csv").size(), 1U + 9);
+  EXPECT_EQ(tags.err.find("m wide"), std::string::npos) << tags.err;
+  const Outcome wide = run("pose --family tag36h11 --border-bits 2 --tag-size 80 " + images +
+                           " --camera " + path("set/truth.yaml"));
+  EXPECT_NE(wide.err.find("--tag-size: a tag is 80 m wide"), std::string::npos) << wide.err;
 }
 
 }  // namespace

@@ -24,6 +24,7 @@
 #include "tagcal/error.hpp"
 #include "tagcal/io/corners_file.hpp"
 #include "tagcal/io/image_file.hpp"
+#include "tagcal/io/target_file.hpp"
 #include "tagcal/io/text_file.hpp"
 
 namespace tagcal::tools {
@@ -113,6 +114,8 @@ std::optional<Camera> known_camera(const std::string& file, const Input& input) 
 }
 
 void find_views_of_tags(const TagSearch& search, Input& input, const Camera* camera) {
+  if (const auto warning = wide_warning("--tag-size: a tag", search.input.tag_size_m))
+    input.warnings.push_back(*warning);
   const TagsOfPictures tags = find_tags(search, input, camera);
   std::set<int> ids;
   std::vector<ImageSource> pictures;  // for drawings, by the name of the view

@@ -94,12 +94,6 @@ KnownCamera known_camera(const Arguments& arguments, const Input& input) {
 
 using TargetPoints = std::map<CornerId, Vector3d>;
 
-// In the frame of a single board, or in the world frame of several.
-TargetPoints points_in_target(const std::vector<PlacedBoard>& boards) {
-  return boards.size() == 1 ? points_in_world({{boards[0].board, Pose()}})
-                            : points_in_world(boards);
-}
-
 // A stated noise replaces the corners' covariances.
 PoseAndFocalOptions options_for(const ViewCorrespondences& problem, const Arguments& arguments) {
   PoseAndFocalOptions options;
@@ -143,7 +137,7 @@ class Poses {
         input_(input),
         camera_(known.camera),
         camera_error_px_(known.camera_error_px),
-        points_(points_in_target(input.dataset.boards)) {}
+        points_(points_in_world(in_frame_of_poses(input.dataset.boards))) {}
 
   std::vector<PoseReport> run(const OutputFolder* folder) const {
     const std::vector<View>& views = input_.dataset.views;

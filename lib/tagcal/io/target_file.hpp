@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "tagcal/scene/board.hpp"
@@ -21,6 +22,10 @@ namespace tagcal {
 Board read_target(const std::filesystem::path& file, std::optional<int> first_id = {},
                   std::vector<std::string>* warnings = nullptr,
                   std::optional<double> tag_size_m = {});
+
+// The warning of a printed board or tag, `what`, that is wider (m) than any: its length may be one
+// of millimetres. No value if it is not.
+std::optional<std::string> wide_warning(std::string_view what, double width_m);
 
 // The text of a target file.
 std::string target_yaml(const Board& board);
