@@ -32,8 +32,8 @@ TEST_F(CliSets, FoldersPatternsAndListsNameTheSamePictures) {
   ASSERT_EQ(by_folder.exit_code, 0) << by_folder.err;
   EXPECT_TRUE(has(by_folder.err, "6 of 6 pictures")) << by_folder.err;
   EXPECT_EQ(run(detect("'" + path("photos/*.png") + "'")).out, by_folder.out);
-  spill(root() / "list.txt", "# a comment\n\nphotos/00[0-2].png\r\n" + path("photos/003.png") +
-                                 "\n photos/004.png \nphotos/005.png");
+  spill(root() / "list.txt", "\xEF\xBB\xBF# a comment\n\nphotos/00[0-2].png\r\n" +
+                                 path("photos/003.png") + "\n photos/004.png \nphotos/005.png");
   EXPECT_EQ(run(detect("@" + path("list.txt"))).out, by_folder.out);
   EXPECT_EQ(run("detect " + path("set")).out, by_folder.out);
 }
@@ -172,7 +172,8 @@ TEST_F(CliSets, CalibrationsAreTheSameWithTheCache) {
   EXPECT_EQ(slurp(path("k.yaml")), answer);
 }
 
-// Four views: fewer do not tell displaced rows of the pictures from perspective, and these are refused.
+// Four views: fewer do not tell displaced rows of the pictures from perspective, and these are
+// refused.
 TEST_F(CliSets, SelectKeepsTheMostInformativeViewsAndSaysWhy) {
   const std::string set = exact_set("to_select").string();
   const std::string command = "calibrate " + set + " --model radial1 --sigma-px 0.1 --select 4";

@@ -72,6 +72,11 @@ TEST_F(CornersFileTest, OpenCVsSampleHasPointsWithoutNames) {
   EXPECT_EQ(notes.size(), 1U);
 }
 
+TEST_F(CornersFileTest, AByteOrderMarkBeforeThemIsIgnored) {
+  for (const std::string& text : {kVnl, kSample})
+    EXPECT_EQ(observations_csv(read("\xEF\xBB\xBF" + text)), observations_csv(read(text)));
+}
+
 TEST_F(CornersFileTest, RoundTripsAreExact) {
   std::vector<View> views = read(kSample);
   for (View& view : views)

@@ -24,6 +24,20 @@ TEST_F(TextFile, GivesBackWhatWasWritten) {
   }
 }
 
+TEST_F(TextFile, AByteOrderMarkIsNoText) {
+  const fs::path file = folder_ / "a.txt";
+  const std::string mark = "\xEF\xBB\xBF";
+  for (const auto& [written, text] : {std::pair(mark + "a", std::string("a")),
+                                      {mark, ""},
+                                      {mark + mark + "a", mark + "a"},
+                                      {"a" + mark, "a" + mark},
+                                      {"\xEF\xBB", "\xEF\xBB"}}) {
+    write_whole(file, written);
+    EXPECT_EQ(read_text(file), text);
+    EXPECT_EQ(read_plain_text(file), text);
+  }
+}
+
 TEST_F(TextFile, ReadingNamesTheFileAndTheReason) {
   EXPECT_EQ(error_of([&] { read_text(folder_ / "none"); }),
             (folder_ / "none").string() + ": no such file");

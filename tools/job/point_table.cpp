@@ -24,6 +24,7 @@ std::string joined(const std::vector<std::string>& names) {
 std::string text_of(const std::string& file) {
   if (file != "-") return read_plain_text(file);
   std::string text{std::istreambuf_iterator<char>(std::cin), {}};
+  remove_byte_order_mark(text);
   check_plain_text(text, "stdin");
   return text;
 }
@@ -33,8 +34,7 @@ std::string text_of(const std::string& file) {
 PointTable PointTable::read(const std::string& file) {
   PointTable table;
   table.file_ = file == "-" ? "stdin" : file;
-  std::string text = text_of(file);
-  if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);  // a byte order mark
+  const std::string text = text_of(file);
   CsvFields csv;
   std::size_t number = 0;
   for (std::size_t begin = 0; begin < text.size();) {

@@ -35,7 +35,7 @@ bool is_truth(const YamlValue& top) {
 }
 
 bool is_xml(std::string_view text) {
-  const std::size_t first = text.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
+  const std::size_t first = text.find_first_not_of(" \t\r\n");
   return first != std::string_view::npos && text[first] == '<';
 }
 

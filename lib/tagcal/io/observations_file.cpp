@@ -42,7 +42,6 @@ class ObservationReader {
       : file_(file.string()), corners_(corners_by_id(boards)) {}
 
   std::vector<View> read(std::string_view text) {
-    if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
     if (trimmed(text).empty()) throw Error(file_ + ": is empty");
     while (!text.empty()) {
       const std::size_t end = std::min(text.find('\n'), text.size());

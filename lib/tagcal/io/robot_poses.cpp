@@ -38,7 +38,6 @@ class PoseTable {
   }
 
   RobotPoses read(std::string_view text) {
-    if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
     for (line_ = 1; !text.empty(); ++line_) {
       const std::size_t end = std::min(text.find('\n'), text.size());
       take(trimmed(text.substr(0, end), kBlanks));

@@ -198,7 +198,14 @@ std::string read_text(const std::filesystem::path& file) {
   const OpenFile in(file, O_RDONLY | O_NONBLOCK);
   if (in.descriptor() < 0) fail(file, "cannot read", errno);
   ::fcntl(in.descriptor(), F_SETFL, 0);  // without O_NONBLOCK
-  return read_all(in, size, file);
+  std::string text = read_all(in, size, file);
+  remove_byte_order_mark(text);
+  return text;
+}
+
+void remove_byte_order_mark(std::string& text) {
+  constexpr std::string_view kMark = "\xEF\xBB\xBF";
+  if (text.starts_with(kMark)) text.erase(0, kMark.size());
 }
 
 std::string read_plain_text(const std::filesystem::path& file) {

@@ -15,9 +15,12 @@ namespace tagcal {
 
 // ---- Files
 
-// Reads a whole text file, or a pipe up to its end; throws Error (missing, a folder, a device,
-// larger than 256 MiB).
+// Reads a whole text file, or a pipe up to its end, without the byte order mark of UTF-8; throws
+// Error (missing, a folder, a device, larger than 256 MiB).
 std::string read_text(const std::filesystem::path& file);
+
+// Removes the byte order mark that some programs write before UTF-8.
+void remove_byte_order_mark(std::string& text);
 
 // The same without binary data, for tables and lists, whose texts go on as names of files.
 std::string read_plain_text(const std::filesystem::path& file);

@@ -13,7 +13,6 @@ namespace tagcal::internal {
 CsvRows::CsvRows(const std::filesystem::path& file) : file_(file.string()) {
   const std::string all = read_plain_text(file);
   std::string_view text = all;
-  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
   CsvFields csv;
   for (std::size_t line = 1; !text.empty(); ++line) {
     const std::size_t end = std::min(text.find('\n'), text.size());

@@ -19,7 +19,7 @@ namespace tagcal::internal {
 namespace {
 
 YamlValue parsed(const std::string& text, const std::string& file) {
-  const std::size_t first = text.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
+  const std::size_t first = text.find_first_not_of(" \t\r\n");
   if (first != std::string::npos && text[first] == '<')
     return YamlValue::of(parse_opencv_xml(text, file), file);
   return YamlValue::parse(text, file);
@@ -129,7 +129,7 @@ std::string json_of(const FullViews& full) {
 }  // namespace
 
 bool is_image_points(std::string_view text) {
-  const std::size_t first = text.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
+  const std::size_t first = text.find_first_not_of(" \t\r\n");
   if (first == std::string_view::npos ||
       (text[first] != '%' && text[first] != '<' && text[first] != '{'))
     return false;
