@@ -266,6 +266,12 @@ TEST_F(RigFormats, FoldersOfFilesOfOneCamera) {
   EXPECT_EQ(error_of([&] { known_rig(back, "models"); }),
             "models: has no place of the camera a-left in a rig: name a file that has it, such as "
             "rig.yaml of tagcal rig");
+  CameraFile one = apart;
+  one.cameras.resize(1);
+  one.cameras[0].name.clear();
+  EXPECT_EQ(error_of([&] { known_rig(one, "one.yaml"); }),
+            "one.yaml: has no place of its camera in a rig: name a file that has it, such as "
+            "rig.yaml of tagcal rig");
   // sensor.yaml of an IMU beside those of cameras.
   write_camera_file(folder_ / "mav0", rig, "euroc");
   fs::create_directories(folder_ / "mav0/imu0");

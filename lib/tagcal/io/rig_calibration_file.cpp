@@ -73,10 +73,10 @@ KnownRig known_rig(const CameraFile& file, const std::string& name) {
   KnownRig rig;
   for (const FileCamera& camera : file.cameras) {
     if (!camera.camera_from_rig)
-      throw Error(
-          fmt::format("{}: has no place of the camera {} in a rig: name a file that has it, "
-                      "such as rig.yaml of tagcal rig",
-                      name, shown(camera.name)));
+      throw Error(fmt::format(
+          "{}: has no place of {} in a rig: name a file that has it, such as rig.yaml "
+          "of tagcal rig",
+          name, camera.name.empty() ? "its camera" : "the camera " + shown(camera.name)));
     const CameraFile alone{file.format, {camera}, {}, {}, {}};
     const CalibrationFile& usable = usable_camera(alone, name + ":" + camera.name);
     rig.cameras.push_back(
