@@ -94,6 +94,7 @@ TEST_F(CliPoseOut, APathHasTheTimesOfTheFrames) {
   EXPECT_NE(out.err.find(": 2 poses of 3 views"), std::string::npos) << out.err;
   const std::vector<std::string> lines = lines_of("p.tum");
   ASSERT_EQ(lines.size(), 3U);
+  EXPECT_EQ(lines[0], "# timestamp tx ty tz qx qy qz qw (target from camera)");
   double x = 0, y = 0, z = 0;
   ASSERT_EQ(std::sscanf(lines[2].c_str(), "1000.200000 %lf %lf %lf", &x, &y, &z), 3) << lines[2];
   EXPECT_LT((Eigen::Vector3d(x, y, z) - world_from_camera_[1].translation()).norm(), 0.005);
@@ -137,6 +138,7 @@ TEST_F(CliPoseOut, TimesStay) {
   const Outcome path_of =
       run("convert " + path("set/truth.yaml") + " " + path("r.tum") + " --poses " + path("p.json"));
   EXPECT_EQ(path_of.exit_code, 0) << path_of.err;
+  EXPECT_EQ(lines_of("r.tum").at(0), "# timestamp tx ty tz qx qy qz qw (target from camera)");
   EXPECT_EQ(lines_of("r.tum").at(2).substr(0, 12), "1000.200000 ");
 }
 

@@ -204,6 +204,7 @@ int run(const Arguments& arguments) {
                               arguments.in, file.cameras.size(), arguments.in));
     }
     file.poses = read_poses(arguments.poses);
+    file.frame_of_poses = "target";
   }
   const std::vector<std::string> notes = write_camera_file(arguments.out, file, format.name);
   print_notes(arguments.in, file.notes);

@@ -98,7 +98,8 @@ struct CameraFile {
   MatrixX rig_covariance = {};
   // The frame of the rig is that of an IMU, or of the body that other programs place it on.
   bool rig_is_imu = false;
-  std::vector<Finding> findings = {};  // of a rig; those of a camera are in its calibration
+  std::vector<Finding> findings = {};    // of a rig; those of a camera are in its calibration
+  std::string frame_of_poses = "world";  // what files call the frame that the poses are in
 };
 
 // The frames of a video or of a bag's topic (sequence_file.hpp), in the order of their times.

@@ -12,7 +12,8 @@ FormatOutput write_tum(const CameraFile& file) {
     throw Error("tum is a format of poses, and there are none: take a calibration with views");
   const PoseTimes times = times_of(file.poses);
   FormatOutput output;
-  std::string text = "# timestamp tx ty tz qx qy qz qw (world from camera)\n";
+  std::string text =
+      fmt::format("# timestamp tx ty tz qx qy qz qw ({} from camera)\n", file.frame_of_poses);
   for (std::size_t i = 0; i < file.poses.size(); ++i) {
     const Pose world_from_camera = file.poses[i].camera_from_world.inverse();
     const Eigen::Quaterniond q = world_from_camera.rotation();
