@@ -217,6 +217,15 @@ TEST_F(CliRig, APoseNeedsTheRigOfItsCameras) {
         "179.5], distortion_coeffs: [], resolution: [480, 360]}\n");
   const std::string pose = "pose " + path("rig");
   expect_bad_input(pose + " --rig " + path("chain.yaml"), {"has no camera left, only cam0"});
+  std::string two = slurp(root() / "chain.yaml");
+  two += replaced_all(two, "cam0:", "cam1:");
+  two.insert(two.size() - 2,
+             ", T_cn_cnm1: [[1, 0, 0, 0.1], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]");
+  spill(root() / "two.yaml", two);
+  for (const std::string command : {"pose --rig ", "check --camera "})
+    expect_bad_input(command + path("two.yaml") + " --target " + path("rig/target.yaml") + " " +
+                         path("rig/left/images"),
+                     {"two.yaml: has the cameras cam0, cam1: give a folder (or film) of each"});
   expect_bad_input(pose + " --rig a.yaml --camera b.yaml", {"--camera, --rig, --unknown-focal"});
   expect_bad_input(pose + " --camera a.yaml --pair index", {"--pair: needs --rig"});
   expect_bad_input(pose + " --rig a.yaml --draw out", {"--view, --draw: not with --rig"});

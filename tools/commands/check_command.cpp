@@ -25,8 +25,10 @@ struct CheckArguments {
 
 CameraCheck check_of_rig(const CheckArguments& arguments) {
   const RigInputArguments rig = rig_arguments(arguments.input, arguments.pair, arguments.threads);
+  const CameraFile file = read_camera_file(arguments.camera);
+  check_folders_of_rig(rig, file, arguments.camera);
   const RigDataset data = read_rig(rig).rig;
-  const KnownRig known = rig_of(data, read_camera_file(arguments.camera), arguments.camera);
+  const KnownRig known = rig_of(data, file, arguments.camera);
   return naming(arguments.camera, [&] { return check_rig(data, known, arguments.options); });
 }
 

@@ -94,8 +94,8 @@ void set_reference(const KnownRig& rig, HandeyeInput& read) {
 // An instant has the name of its first picture.
 HandeyeInput read_rig_poses(const HandeyeArguments& arguments) {
   const RigInputArguments rig = rig_arguments(arguments.input, arguments.pair, arguments.threads);
-  const RigDataset data = read_rig_for_poses(rig);
   const CameraFile file = read_camera_file(arguments.camera);
+  const RigDataset data = read_rig_for_poses(rig, file, arguments.camera);
   const KnownRig known = rig_of(data, file, arguments.camera);
   PoseOptions options;
   options.sigma_px = arguments.sigma_px;

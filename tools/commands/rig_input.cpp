@@ -41,7 +41,10 @@ Input camera_input(const RigInputArguments& arguments, std::size_t camera) {
 
 void check_folders(const std::vector<std::string>& folders) {
   if (folders.size() < 2)
-    throw Error("rig: needs the folders of two cameras or more, or a data set with the key rig");
+    throw Error(
+        fmt::format("{}: is one camera: a rig needs the folders (or films) of two cameras or more, "
+                    "or a data set with the key rig",
+                    folders.front()));
   std::vector<fs::path> seen;
   for (const std::string& folder : folders) {
     std::error_code error;

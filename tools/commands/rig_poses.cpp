@@ -1,6 +1,7 @@
 #include "commands/rig_poses.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -11,6 +12,7 @@
 #include "tagcal/internal/parallel.hpp"
 #include "tagcal/io/camera_file.hpp"
 #include "tagcal/io/rig_calibration_file.hpp"
+#include "tagcal/io/rig_file.hpp"
 
 namespace tagcal::tools {
 using namespace internal;
@@ -42,7 +44,21 @@ std::vector<PlacedBoard> in_frame_of_poses(std::vector<PlacedBoard> boards) {
   return boards;
 }
 
-RigDataset read_rig_for_poses(const RigInputArguments& arguments) {
+void check_folders_of_rig(const RigInputArguments& arguments, const CameraFile& file,
+                          const std::string& name) {
+  const std::vector<std::string>& inputs = arguments.input.inputs;
+  if (file.cameras.size() < 2 || inputs.size() > 1 || is_rig_folder(inputs.front())) return;
+  std::vector<std::string> names;
+  for (const FileCamera& camera : file.cameras) names.push_back(camera.name);
+  throw Error(
+      fmt::format("{}: has the cameras {}: give a folder (or film) of each, with its name, or a "
+                  "data set with the key rig; got only {}",
+                  name, fmt::join(names, ", "), inputs.front()));
+}
+
+RigDataset read_rig_for_poses(const RigInputArguments& arguments, const CameraFile& file,
+                              const std::string& name) {
+  check_folders_of_rig(arguments, file, name);
   RigDataset data = read_rig(arguments).rig;
   for (RigCamera& camera : data.cameras)
     camera.data.boards = in_frame_of_poses(std::move(camera.data.boards));
@@ -90,8 +106,9 @@ KnownRig rig_of(const RigDataset& data, const CameraFile& file, const std::strin
 
 std::vector<PoseReport> poses_of_rig(const RigInputArguments& arguments, const std::string& file,
                                      double sigma_px) {
-  const RigDataset data = read_rig_for_poses(arguments);
-  const KnownRig rig = rig_of(data, read_camera_file(file), file);
+  const CameraFile cameras = read_camera_file(file);
+  const RigDataset data = read_rig_for_poses(arguments, cameras, file);
+  const KnownRig rig = rig_of(data, cameras, file);
   PoseOptions options;
   options.sigma_px = sigma_px;
   std::vector<PoseReport> reports(data.instants.size());

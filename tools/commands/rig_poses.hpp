@@ -16,7 +16,15 @@ bool is_rig_file(const std::string& file_and_name);
 
 // Boards as poses take them: a single one has its own frame, several that of their world.
 std::vector<PlacedBoard> in_frame_of_poses(std::vector<PlacedBoard> boards);
-RigDataset read_rig_for_poses(const RigInputArguments& arguments);
+
+// Throws Error for the folder of one camera where the file of a rig, by its name, needs those of
+// several.
+void check_folders_of_rig(const RigInputArguments& arguments, const CameraFile& file,
+                          const std::string& name);
+
+// The data of the rig of a file, with its boards in the frame of poses.
+RigDataset read_rig_for_poses(const RigInputArguments& arguments, const CameraFile& file,
+                              const std::string& name);
 
 // The corners that each camera of a rig saw at an instant.
 std::vector<ViewCorrespondences> seen_at(const Instant& instant, const RigDataset& data,
