@@ -95,7 +95,8 @@ TEST_F(HistoryCli, TwoAreTooFewAndBadInputIsOneLine) {
   spill(path("bare.yaml"),
         "image_width: 1280\nimage_height: 800\n"
         "camera_matrix: {rows: 3, cols: 3, dt: d, data: [850, 0, 640, 0, 850, 400, 0, 0, 1]}\n"
-        "distortion_coefficients: {rows: 1, cols: 5, dt: d, data: [0, 0, 0, 0, 0]}\n");
+        "distortion_coefficients: {rows: 1, cols: 5, dt: d, data: [0, 0, 0, 0, 0]}\n"
+        "camera_name: bare\nbinning_x: 2\n");  // has a note, which is not printed
   spill(path("wide.yaml"), replaced(camera(), "image_width: 1280", "image_width: 1281"));
   EXPECT_EQ(run("calibrate " + kDesk + " --model fisheye4 --out " + path("fish.yaml")).exit_code,
             0);

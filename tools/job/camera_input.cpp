@@ -1,14 +1,24 @@
 #include "job/camera_input.hpp"
 
+#include <fmt/format.h>
+
 #include "job/messages.hpp"
 #include "tagcal/io/camera_file.hpp"
 
 namespace tagcal::tools {
 
-CalibrationFile read_camera(const std::string& file_and_name) {
+CalibrationFile read_camera(const std::string& file_and_name, std::vector<std::string>& notes) {
   const CameraFile file = read_one_camera(file_and_name);
   CalibrationFile camera = usable_camera(file, file_and_name);
-  print_notes(file_and_name, file.notes);
+  for (const std::string& note : file.notes)
+    notes.push_back(fmt::format("{}: {}", file_and_name, note));
+  return camera;
+}
+
+CalibrationFile read_camera(const std::string& file_and_name) {
+  std::vector<std::string> notes;
+  CalibrationFile camera = read_camera(file_and_name, notes);
+  for (const std::string& note : notes) print_to_stderr("{}\n", note);
   return camera;
 }
 
