@@ -76,6 +76,8 @@ ADVISED = [
     ("calibrate DESK --model ds --out ds.yaml", r"(opencv\d), another kind of lens", "calibrate DESK --model {0}"),
     ("convert ds.yaml x.cameramodel", r"(--model \w+) fits one", "convert ds.yaml x.cameramodel {0}"),
     ("convert ds.yaml x.ini --to ros", r"(--model \w+) fits one", "convert ds.yaml x.ini --to ros {0}"),
+    ("convert o8.yaml chain.yaml --to kalibr", r"convert (--model \w+) fits a lens without it",
+     "convert o8.yaml chain.yaml --to kalibr {0}"),
     ("convert o8.yaml chain.yaml --to kalibr", r"calibrate with (--model \w+)",
      "calibrate DESK {0} --out o4.yaml"),
     ("convert o8.yaml chain.yaml --to kalibr", r"calibrate with (--model \w+)",

@@ -78,11 +78,11 @@ bool is_fisheye(const FileCamera& camera) {
 void need_zero_from(std::size_t first, std::span<const double> parameters, std::string_view lens) {
   for (std::size_t i = first; i < parameters.size(); ++i) {
     if (parameters[i] == 0) continue;
-    throw Error(fmt::format(
-        "{} has no {}, which is {} here: calibrate with --model {}, or convert with it if it comes "
-        "near enough",
-        lens, Perspective::kParameters[i].name, number_text(parameters[i]),
-        first <= 8 ? "opencv4" : "opencv5"));
+    throw Error(
+        fmt::format("{0} has no {1}, which is {2} here: convert --model {3} fits a lens without "
+                    "it, or calibrate with --model {3}",
+                    lens, Perspective::kParameters[i].name, number_text(parameters[i]),
+                    first <= 8 ? "opencv4" : "opencv5"));
   }
 }
 
