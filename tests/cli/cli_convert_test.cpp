@@ -128,7 +128,15 @@ TEST_F(ConvertCli, CamerasOfPartsAndScaledPictures) {
   EXPECT_NEAR(after[2], (before[2] - 40 + 0.5) / 2 - 0.5, 1e-9);
   EXPECT_NEAR(after[3], (before[3] - 20 + 0.5) / 2 - 0.5, 1e-9);
   EXPECT_EQ(after[4], before[4]);
+  EXPECT_EQ(written.err.find("--resize: "), std::string::npos) << written.err;
   const std::string convert = "convert " + truth + " " + path("o.yaml") + " --to tagcal ";
+  // A scale that is equal but for the rounding of the sides, and one of another aspect ratio.
+  EXPECT_EQ(run(convert + "--resize 213x133").err.find("--resize: "), std::string::npos);
+  const Outcome squeezed = run(convert + "--resize 320x240");
+  EXPECT_EQ(squeezed.exit_code, 0) << squeezed.err;
+  EXPECT_NE(squeezed.err.find("--resize: 640x400 to 320x240 scales x by 0.5 and y by 0.6"),
+            std::string::npos)
+      << squeezed.err;
   expect_bad_input(convert + "--resize 640", {"--resize", "WIDTHxHEIGHT"});
   expect_bad_input(convert + "--crop 640x480", {"--crop", "X,Y,WIDTHxHEIGHT"});
   expect_bad_input(convert + "--crop -1,0,64x48", {"--crop: -1,0,64x48 is not inside the image"});

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <string>
@@ -68,6 +69,19 @@ PixelRectangle rectangle_argument(const std::string& text) {
   return part;
 }
 
+// Notes a scale that differs along x and y: pictures of another aspect ratio are mostly a part.
+void note_aspect(const ImageSize& from, const ImageSize& to, std::vector<std::string>& notes) {
+  constexpr double kRounding = 1;  // numeric: px of `from`, by sides that are whole numbers
+  const double x = static_cast<double>(to.width) / from.width;
+  const double y = static_cast<double>(to.height) / from.height;
+  if (std::abs(y - x) * std::min(from.width, from.height) <= kRounding) return;
+  const std::string note = fmt::format(
+      "--resize: {}x{} to {}x{} scales x by {:.4g} and y by {:.4g}, which makes fx and "
+      "fy differ: if the pictures are a part of the old ones, state it by --crop",
+      from.width, from.height, to.width, to.height, x, y);
+  if (std::ranges::find(notes, note) == notes.end()) notes.push_back(note);
+}
+
 // The cameras of pictures that are a part of those of the file, or scaled, or both in this order.
 void cut_and_scale(CameraFile& file, const Arguments& arguments) {
   if (arguments.crop.empty() && arguments.resize.empty()) return;
@@ -87,8 +101,11 @@ void cut_and_scale(CameraFile& file, const Arguments& arguments) {
                                 all.width, all.height));
       camera = cropped(camera, part);
     }
-    if (!arguments.resize.empty())
-      camera = resized(camera, size_argument("--resize", arguments.resize));
+    if (!arguments.resize.empty()) {
+      const ImageSize size = size_argument("--resize", arguments.resize);
+      note_aspect(camera.image_size, size, file.notes);
+      camera = resized(camera, size);
+    }
     had_uncertainty = had_uncertainty || !known.sigmas.empty();
     known = {camera, "", {}, {}, {}, {}};
   }
