@@ -1,9 +1,8 @@
 #include <nlohmann/json.hpp>
 
 #include "cli_fixture.hpp"
-#include "report/lens_comparison.hpp"
 
-// tagcal check, from outside; and the sentences of its verdicts.
+// tagcal check, from outside, and the sentence of diff.
 
 namespace tagcal::tools {
 namespace {
@@ -62,21 +61,29 @@ TEST_F(CheckCli, BadInputIsOneLine) {
   EXPECT_EQ(run("check " + kDesk + " --pair index --camera " + camera()).exit_code, 2);
 }
 
-// A pattern of difference that is better known than all of them together.
-TEST(ComparisonVerdict, ASmallDifferenceThatShowsSaysWhy) {
-  Comparison comparison;
-  comparison.difference.distance_m = 1;
-  comparison.difference.rms_px = comparison.difference.max_px = 0.12;
-  comparison.test = DifferenceTest{.expected_px = 0.46, .in_sigmas = 2.4, .smallest_px = 0.3};
-  const ComparisonVerdict small = verdict_of({&comparison, 1});
-  EXPECT_EQ(small.word, "CHANGED");
-  EXPECT_NE(small.sentence.find("explain 0.46 px in all, but less than was found of this pattern"),
-            std::string::npos)
-      << small.sentence;
-  EXPECT_TRUE(small.sentence.ends_with("(score 2.4)")) << small.sentence;
-  comparison.difference.rms_px = comparison.difference.max_px = 0.92;
-  const ComparisonVerdict large = verdict_of({&comparison, 1});
-  EXPECT_EQ(large.sentence.find("pattern"), std::string::npos) << large.sentence;
+// k1 is known well, the focal length is not: a pattern of the difference that is better known than
+// all of them together.
+TEST_F(CheckCli, DiffSaysWhyASmallDifferenceShows) {
+  const auto file = [](const std::string& name, double k1) {
+    spill(path(name),
+          "%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\n"
+          "camera_matrix: !!opencv-matrix {rows: 3, cols: 3, dt: d, data: [500, 0, 320, 0, 500, "
+          "240, 0, 0, 1]}\n"
+          "distortion_coefficients: !!opencv-matrix {rows: 1, cols: 5, dt: d, data: [" +
+              std::to_string(k1) +
+              ", 0, 0, 0, 0]}\nmodel: \"radial1\"\n"
+              "covariance_names: [\"f\", \"cx\", \"cy\", \"k1\"]\n"
+              "covariance: !!opencv-matrix {rows: 4, cols: 4, dt: d, data: [9, 0, 0, 0, 0, 1, 0, "
+              "0, 0, 0, 1, 0, 0, 0, 0, 1e-8]}\n");
+    return path(name);
+  };
+  const Outcome outcome =
+      run("diff " + file("k1.yaml", -0.1) + " " + file("other-k1.yaml", -0.101) + " --limit 1");
+  EXPECT_EQ(outcome.exit_code, 1) << outcome.out << outcome.err;
+  EXPECT_NE(outcome.out.find("CHANGED: 0.0"), std::string::npos) << outcome.out;
+  std::string words = outcome.out;
+  std::ranges::replace(words, '\n', ' ');
+  EXPECT_NE(words.find("of which they explain less"), std::string::npos) << outcome.out;
 }
 
 }  // namespace

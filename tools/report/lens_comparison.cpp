@@ -23,8 +23,8 @@ std::string difference_text(const Comparison& worst, CheckVerdict verdict) {
                                         distance_text(worst.difference.distance_m));
   if (verdict == CheckVerdict::changed && found_px <= explained_px)
     return fmt::format(
-        "{}: the covariances of both explain {} px in all, but less than was found of this pattern "
-        "of difference over the image",
+        "{}: less than the {} px that the covariances of both explain, but in a pattern over the "
+        "image of which they explain less",
         apart, two_digits(explained_px));
   return fmt::format("{}, where the covariances of both explain {} px", apart,
                      two_digits(explained_px));
