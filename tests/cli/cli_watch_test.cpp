@@ -360,7 +360,7 @@ TEST_F(Watch, RefusesWhatCannotBeWatched) {
   expect_bad_input("watch " + path("scene.yaml") + target, {"must be a folder"});
   expect_bad_input("watch " + path("set") + target, {"is a data set"});
   expect_bad_input(photos, {"--target"});
-  expect_bad_input(photos + target + " --rig", {"folders of two cameras"});
+  expect_bad_input(photos + target + " --rig", {"folders (or films) of two cameras"});
   expect_bad_input(photos + " " + path("photos") + target + " --rig", {"given twice"});
   expect_bad_input(photos + " " + path("nothing") + target + " --rig", {"no such folder"});
   expect_bad_input(photos + " " + path("set") + target, {"--rig"});

@@ -91,8 +91,10 @@ std::string others_text(const CameraCheck& check) {
 
 std::string sentence(const CameraCheck& check, const std::string& file, double limit_px) {
   const std::string score = std::isfinite(check.in_sigmas)
-                                ? fmt::format(" (score {:.1f}, {:.0f} false alarm in 100 checks)",
-                                              check.in_sigmas, 100 * check.false_alarm)
+                                ? fmt::format(
+                                      " (score {:.1f}; {:.0f} false alarm in 100 checks if "
+                                      "lens and board are as modelled)",
+                                      check.in_sigmas, 100 * check.false_alarm)
                                 : "";
   switch (check.verdict) {
     case CheckVerdict::valid:
