@@ -119,8 +119,8 @@ namespace {
 void define_points(py::class_<Board>& board) {
   board
       .def_property_readonly("kind", &board_kind,
-                             "\"grid\", \"checkerboard\", \"charuco\", \"tags\" or \"points\": "
-                             "the constructor of its like.")
+                             "\"grid\", \"checkerboard\", \"charuco\", \"circle_grid\", \"tags\" "
+                             "or \"points\": the constructor of its like.")
       .def_property_readonly("ids", &ids_of,
                              "(N, 2), int, of what can be observed, ascending: tag and corner 0..3 "
                              "(lower-left, lower-right, upper-right, upper-left of the upright "

@@ -35,9 +35,13 @@ Camera camera_with_distortion(double fx, double fy, double cx, double cy, const 
       coefficients.ndim() == 1 ||  // OpenCV returns (1, N) or (N, 1)
       (coefficients.ndim() == 2 && (coefficients.shape(0) == 1 || coefficients.shape(1) == 1));
   constexpr py::ssize_t kMost = Lens::kNumParameters - 4;
-  if (!is_list || coefficients.size() > kMost)
+  // OpenCV's rational model comes with six zeros of thin prisms and a tilted sensor.
+  const auto count = std::min<py::ssize_t>(coefficients.size(), kMost);
+  if (!is_list ||
+      std::any_of(coefficients.data() + count, coefficients.data() + coefficients.size(),
+                  [](double value) { return value != 0; }))
     throw Error("distortion: must be a list of at most " + std::to_string(kMost) + " numbers");
-  std::copy_n(coefficients.data(), coefficients.size(), parameters.begin() + 4);
+  std::copy_n(coefficients.data(), count, parameters.begin() + 4);
   return {Lens(parameters), size_of_argument(size, "size")};
 }
 

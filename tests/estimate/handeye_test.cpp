@@ -9,6 +9,7 @@
 
 #include "study/tasks/handeye_tasks.hpp"
 #include "tagcal/error.hpp"
+#include "tagcal/estimate/findings.hpp"
 #include "tagcal/estimate/pose.hpp"
 
 namespace tagcal {
@@ -313,6 +314,23 @@ TEST(Handeye, FromPosesKnowsNoCorners) {
   EXPECT_EQ(answer.num_corners, 0);
   EXPECT_TRUE(std::isnan(answer.rms_px) && std::isnan(answer.sigma_px));
   EXPECT_NEAR(answer.board_spread_m, estimate(task).board_spread_m, 0.3e-3);
+}
+
+// Not the robot is to blame for views without a pose.
+TEST(Handeye, SaysWhyNoViewHasAPose) {
+  const HandeyeTask task = task_of({.num_poses = 4}, 62);
+  std::vector<HandeyeView> views = posed(task, rig_of(task));
+  for (HandeyeView& view : views) {
+    view.poses.clear();
+    add(view.findings, code::pair_contradicts, "left and right contradict one another");
+  }
+  const HandeyeEstimate answer = calibrate_handeye_from_poses(views, rig_of(task).covariance);
+  EXPECT_EQ(answer.status, Status::degenerate);
+  const auto why = std::ranges::find_if(answer.findings, is_refusal);
+  ASSERT_NE(why, answer.findings.end());
+  EXPECT_EQ(why->sentence,
+            "4 of 4 views have no pose that can be used, mostly because left and right contradict "
+            "one another");
 }
 
 TEST(Handeye, FromPosesRefusesBadInput) {

@@ -14,11 +14,15 @@ MATRIX = np.array([[700, 0, 330], [0, 705, 236], [0, 0, 1.0]])
 POSE = tagcal.Pose([0.1, -0.2, 0.3], [0.05, -0.1, 0.2])
 
 
-@pytest.mark.parametrize("distortion", [[], [-0.2, 0.06], [-0.2, 0.06, 0.001, -0.0005, 0.01, 0.1, 0.02, 0.01]])
+RATIONAL = [-0.2, 0.06, 0.001, -0.0005, 0.01, 0.1, 0.02, 0.01]
+
+
+# OpenCV returns its rational lens with six zeros.
+@pytest.mark.parametrize("distortion", [[], [-0.2, 0.06], RATIONAL, RATIONAL + 6 * [0]])
 def test_perspective_projects_as_opencv(distortion):
     camera = tagcal.Camera.from_matrix(MATRIX, (640, 480), distortion)
     pixels = camera.project(POINTS, POSE)
-    padded = np.zeros(8)
+    padded = np.zeros(14)
     padded[: len(distortion)] = distortion
     expected, _ = cv2.projectPoints(POINTS, POSE.rotation_vector, POSE.translation, MATRIX, padded)
     assert np.allclose(pixels, expected[:, 0], atol=1e-9, rtol=0)

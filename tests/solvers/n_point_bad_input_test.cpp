@@ -5,6 +5,9 @@
 #include <limits>
 
 #include "n_point_fixture.hpp"
+#include "tagcal/error.hpp"
+#include "tagcal/solvers/plane.hpp"
+#include "tagcal/solvers/weak_perspective.hpp"
 
 namespace tagcal {
 namespace {
@@ -75,6 +78,14 @@ void make_odd(Problem& p, std::size_t kind, Random& random) {
     for (Vector3d& x : p.points) x = half * x;
     p.truth = p.truth * half;
   }
+}
+
+TEST(NPointBadInput, AnotherNumberOfRaysIsAnError) {
+  const std::vector<Eigen::Vector3d> points(6, Eigen::Vector3d::Ones());
+  const std::vector<Eigen::Vector2d> pixels(5, Eigen::Vector2d::Ones());
+  EXPECT_THROW(pnp(points, std::span<const Vector3d>(points).first(5)), Error);
+  EXPECT_THROW(homography(pixels, points), Error);
+  EXPECT_THROW(weak_perspective_poses(points, pixels), Error);
 }
 
 TEST(NPointBadInput, BadInputGivesNone) {

@@ -111,6 +111,7 @@ HandeyeInput read_rig_poses(const HandeyeArguments& arguments) {
         const RigPoseEstimate pose =
             estimate_rig_pose(seen_at(data.instants[t], data, known), known, options);
         if (is_answer(pose.rig.status)) read.views[t].poses = pose.parts;
+        read.views[t].findings = pose.rig.findings;
         read.views[t].time_s = time_of(data.instants[t], data);
       });
   for (std::size_t t = 0; t < read.views.size(); ++t) {

@@ -54,6 +54,7 @@ std::vector<SeenView> posed_views(std::span<const HandeyeView> views) {
     for (const SeenPose& pose : v.poses)
       own.hypotheses.push_back({pose.camera_from_target, pose.covariance});
     if (!v.poses.empty()) own.status = Status::ok;
+    own.findings = v.findings;
     seen.push_back({v.image, {}, {}, own, v.poses, v.base_from_hand, v.time_s});
   }
   return seen;
@@ -182,6 +183,14 @@ class HandeyeRun {
 
   bool is_too_few() {
     if (num_different(sights_.problem().sights) >= 3) return false;
+    const std::string why = sights_.why_unusable();
+    if (sights_.problem().sights.size() < 3 && !why.empty()) {
+      add(answer_.findings, code::degenerate,
+          fmt::format("{} of {} views have no pose that can be used, mostly because {}",
+                      sights_.unusable().size(),
+                      sights_.unusable().size() + sights_.problem().sights.size(), why));
+      return true;
+    }
     add(answer_.findings, code::degenerate,
         fmt::format("the {} views that can be used have fewer than three different robot poses: "
                     "take ten or more, turned about different axes",

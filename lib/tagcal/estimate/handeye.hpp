@@ -19,6 +19,7 @@ struct HandeyeView {
   // In place of the corners, for calibrate_handeye_from_poses: the board's pose, or two, the
   // likeliest first.
   std::vector<SeenPose> poses = {};
+  std::vector<Finding> findings = {};  // without a pose: why
 };
 
 // Where a camera is on a robot's hand (or beside the robot), and where the board is, from views of

@@ -127,16 +127,18 @@ Matrix6 covariance_of(const Eigen::MatrixXd& response, const KnownRig& rig) {
 }
 
 // The chi-square, of six degrees of freedom, by which a camera's own poses contradict that of the
-// rig: of the best of them. Corners of less noise than policy::kLeastSigmaPx count with that: below
-// it what is not modelled decides.
-double contradiction_of(const SeeingCamera& seeing, const KnownRig& rig, const Pose& pose) {
+// rig: of the best of them. Both answer to places and lenses, and their difference counts. Corners
+// of less noise than policy::kLeastSigmaPx count with that: below it what is not modelled decides.
+double contradiction_of(const SeeingCamera& seeing, const KnownRig& rig, const SeenPose& joint) {
+  const Pose& pose = joint.camera_from_target;
   const Pose predicted = seeing.camera->camera_from_rig * pose;
   const double sigma = seeing.own->sigma_px;
   const double raised = sigma > 0 ? std::max(1.0, policy::kLeastSigmaPx / sigma) : 1;
   double least = std::numeric_limits<double>::infinity();
   for (const PoseHypothesis& own : seeing.own->hypotheses) {
-    const auto response = response_of_own(seeing, rig, pose, own.camera_from_target);
+    auto response = response_of_own(seeing, rig, pose, own.camera_from_target);
     if (!response) continue;
+    if (response->size() > 0) *response -= by_rig(*seeing.camera) * joint.response;
     const Eigen::Matrix<double, 6, 6> covariance =
         raised * raised * own.covariance + covariance_of(*response, rig);
     const Vector6d step = minus(predicted, own.camera_from_target);
@@ -210,11 +212,13 @@ void add_hypotheses(std::span<const SeeingCamera> cameras, const KnownRig& rig,
 
 // The camera that contradicts the rig most, if one does.
 std::optional<std::size_t> contradiction(std::span<const SeeingCamera> cameras, const KnownRig& rig,
-                                         const Pose& pose) {
+                                         const JointPose& minimum) {
+  const auto joint = seen_by_rig(cameras, rig, minimum.rig_from_target, minimum.information);
+  if (!joint) return std::nullopt;
   std::optional<std::size_t> worst;
   double most = chi_square_quantile(6, policy::kOutlierSigmas);
   for (std::size_t i = 0; i < cameras.size(); ++i)
-    if (const double square = contradiction_of(cameras[i], rig, pose); square > most) {
+    if (const double square = contradiction_of(cameras[i], rig, *joint); square > most) {
       most = square;
       worst = i;
     }
@@ -228,7 +232,7 @@ std::vector<JointPose> solve_without_contradictions(std::vector<SeeingCamera>& c
   for (;;) {
     std::vector<JointPose> minima = joint_poses(cameras);
     if (minima.empty()) return minima;
-    const auto wrong = contradiction(cameras, rig, minima.front().rig_from_target);
+    const auto wrong = contradiction(cameras, rig, minima.front());
     if (!wrong) return minima;
     const std::string& name = cameras[*wrong].camera->name;
     if (cameras.size() == 2) {

@@ -4,11 +4,11 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
-#include <cassert>
 #include <cmath>
 #include <cstddef>
 #include <numbers>
 
+#include "tagcal/error.hpp"
 #include "tagcal/solvers/numeric/object_space.hpp"
 #include "tagcal/solvers/numeric/point_spread.hpp"
 #include "tagcal/solvers/numeric/projective_map.hpp"
@@ -141,7 +141,7 @@ Solutions<RotationMinimum, kMostMinima> minima_of(const ObjectSpaceError& error,
 }  // namespace
 
 Solutions<Pose, 4> pnp(std::span<const Vector3d> points, std::span<const Vector3d> rays) {
-  assert(points.size() == rays.size());
+  if (points.size() != rays.size()) throw Error("points and rays: must be equally many");
   Solutions<Pose, 4> poses;
   if (points.size() < 3) return poses;
   const auto error = object_space_error(points, rays);

@@ -30,7 +30,8 @@ namespace tagcal {
 // depend on the unit or the origin of the target. Empty for points on a line or at one place (an
 // extent across the longest axis below 1e-6 of the size), for rays that coincide, for numbers that
 // are not finite, and if every minimum puts a point behind the camera. With noise the minimum is a
-// start for the maximum-likelihood estimate, because the error is weighted by distance.
+// start for the maximum-likelihood estimate, because the error is weighted by distance. Throws
+// Error unless there are as many rays as points.
 Solutions<Pose, 4> pnp(std::span<const Eigen::Vector3d> points,
                        std::span<const Eigen::Vector3d> rays);
 

@@ -3,10 +3,10 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <numbers>
 
+#include "tagcal/error.hpp"
 #include "tagcal/solvers/numeric/inline_buffer.hpp"
 #include "tagcal/solvers/numeric/plane_tilts.hpp"
 #include "tagcal/solvers/numeric/small_cholesky.hpp"
@@ -187,7 +187,7 @@ std::optional<Matrix3d> homography_of_many(std::span<const Vector2d> points,
 
 std::optional<Matrix3d> homography(std::span<const Vector2d> points,
                                    std::span<const Vector3d> rays) {
-  assert(points.size() == rays.size());
+  if (points.size() != rays.size()) throw Error("points and rays: must be equally many");
   if (points.size() < 4) return std::nullopt;
   const std::optional<Matrix3d> h =
       points.size() == 4 ? homography_of_four(points, rays) : homography_of_many(points, rays);

@@ -16,7 +16,7 @@ namespace tagcal {
 // points use the two projective bases (Hartley & Zisserman 2004, section 2.3), exactly; more points
 // the normalised direct linear transformation (algorithm 4.2) with the centre of the points kept in
 // front of the camera. No value if the points do not determine H (three of four on a line), or if
-// no H keeps them in front.
+// no H keeps them in front. Throws Error unless there are as many rays as points.
 std::optional<Eigen::Matrix3d> homography(std::span<const Eigen::Vector2d> points,
                                           std::span<const Eigen::Vector3d> rays);
 

@@ -6,12 +6,12 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <array>
-#include <cassert>
 #include <cmath>
 #include <cstddef>
 #include <limits>
 #include <optional>
 
+#include "tagcal/error.hpp"
 #include "tagcal/solvers/numeric/minimise.hpp"
 #include "tagcal/solvers/numeric/point_spread.hpp"
 
@@ -230,7 +230,8 @@ double rms_of(const ScaledRotation& a, const PointSpread& frame, const Pixels& s
 
 Solutions<WeakPerspectivePose, 2> weak_perspective_poses(
     std::span<const Vector3d> points, std::span<const Vector2d> pixels_from_centre) {
-  assert(points.size() == pixels_from_centre.size());
+  if (points.size() != pixels_from_centre.size())
+    throw Error("points and pixels: must be equally many");
   Solutions<WeakPerspectivePose, 2> poses;
   if (points.size() < 4) return poses;
   const PointSpread frame = spread_of(points);

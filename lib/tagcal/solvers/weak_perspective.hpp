@@ -34,7 +34,8 @@ struct WeakPerspectivePose {
 // returned if they are different minima.
 //
 // The result does not depend on the unit or the origin of the target. Empty for fewer than four
-// points, points on a line, pixels that all coincide, or numbers that are not finite.
+// points, points on a line, pixels that all coincide, or numbers that are not finite. Throws
+// Error unless there are as many pixels as points.
 Solutions<WeakPerspectivePose, 2> weak_perspective_poses(
     std::span<const Eigen::Vector3d> points, std::span<const Eigen::Vector2d> pixels_from_centre);
 

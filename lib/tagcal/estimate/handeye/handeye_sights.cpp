@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "tagcal/estimate/calibration/calibration_fit.hpp"
 #include "tagcal/estimate/findings.hpp"
@@ -131,6 +132,20 @@ void HandeyeSights::keep(std::span<const std::uint8_t> takes_part) {
   }
   problem_.sights = std::move(sights);
   index_ = std::move(index);
+}
+
+std::string HandeyeSights::why_unusable() const {
+  std::map<std::string, std::pair<int, std::string>> reasons;  // by code
+  for (const std::size_t i : unusable_) {
+    const std::vector<Finding>& findings = views_[i].own.findings;
+    const auto refusal = std::ranges::find_if(findings, is_refusal);
+    if (refusal == findings.end()) continue;
+    auto& [count, sentence] = reasons[refusal->code];
+    if (++count == 1) sentence = refusal->sentence;
+  }
+  const auto most =
+      std::ranges::max_element(reasons, {}, [](const auto& reason) { return reason.second.first; });
+  return most == reasons.end() ? std::string() : most->second.second;
 }
 
 std::vector<HandeyePair> HandeyeSights::pairs() const {

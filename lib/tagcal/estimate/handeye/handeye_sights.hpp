@@ -39,6 +39,8 @@ class HandeyeSights {
   const std::vector<std::size_t>& rejected() const { return rejected_; }
   const std::vector<std::size_t>& unusable() const { return unusable_; }
   const std::string& image_of(std::size_t view) const { return views_[view].image; }
+  // The commonest reason why views have no pose, the sentence of its finding; "": not known.
+  std::string why_unusable() const;
   std::vector<HandeyePair> pairs() const;
 
  private:
