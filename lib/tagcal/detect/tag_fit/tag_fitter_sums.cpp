@@ -111,8 +111,9 @@ PixelSpan TagFitter::in_window(int row) const {
 // has values there that were extrapolated beyond it.
 PixelSpan TagFitter::in_picture(int row) const {
   constexpr double kHalf = 1.0 / 2;  // px, from a pixel's centre to its edge
-  const int margin =
-      static_cast<int>(std::ceil(policy::kTagUnknownReach * model_.spread() - kHalf));
+  const double margin_px = std::ceil(policy::kTagUnknownReach * model_.spread() - kHalf);
+  if (!(margin_px < size_.height)) return {};  // also where a step left no number
+  const int margin = static_cast<int>(margin_px);
   const int y = patch_.y0 + row;
   if (y < margin || y >= size_.height - margin) return {};
   return {margin - patch_.x0, size_.width - margin - patch_.x0};
