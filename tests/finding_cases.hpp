@@ -33,5 +33,7 @@ struct RigFindingCase {
   std::function<Said()> say;
 };
 std::vector<RigFindingCase> cases_of_rigs();  // rig_findings_test.cpp
+std::vector<Case> cases_of_fleets();          // fleet_test.cpp
+std::vector<Case> cases_of_checks();          // check_camera_test.cpp
 
 }  // namespace tagcal

@@ -272,4 +272,14 @@ TEST(CheckRig, RefusesPicturesOfOtherInstants) {
 }
 
 }  // namespace
+
+// A camera without a covariance before pictures of another one, and one of these alone.
+std::vector<Case> cases_of_checks() {
+  const Dataset seen = make_world(opencv5_lens(), 5, pictures(3));
+  const UncertainCamera known{nullptr, {pinhole(900, 900, 639.5, 399.5), seen.image_size}, {}};
+  const auto of_view = contradiction_of_camera(seen.views[0], seen.boards, known);
+  return {{"camera_exact", {Status::ok, codes_of(check_camera(seen, known).findings)}},
+          {"camera_changed", {Status::ok, codes_of({of_view.value()})}}};
+}
+
 }  // namespace tagcal

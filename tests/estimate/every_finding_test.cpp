@@ -11,11 +11,9 @@
 #include <vector>
 
 #include "finding_cases.hpp"
-#include "fleet_worlds.hpp"
 #include "rolling_worlds.hpp"
 #include "spoiled_worlds.hpp"
 #include "tagcal/estimate/calibrate.hpp"
-#include "tagcal/estimate/check_camera.hpp"
 #include "tagcal/estimate/pose.hpp"
 #include "tagcal/estimate/view_correspondences.hpp"
 
@@ -328,26 +326,6 @@ Said of_two_cameras() {
   options.reject_outliers = false;
   const Calibration c = calibrate(set, options);
   return {c.status, codes_of(c.findings)};
-}
-
-Said of_population(const std::vector<UnitValues>& units) {
-  const Population population = estimate_population(units);
-  return {population.status, codes_of(population.findings)};
-}
-
-std::vector<Case> cases_of_fleets() {
-  return {{"few_units", of_population(equal_units(1, 10))},
-          {"population_mixed", of_population(two_lots())},
-          {"spread_unresolved", of_population(equal_units(1))}};
-}
-
-// A camera without a covariance before pictures of another one, and one of these alone.
-std::vector<Case> cases_of_checks() {
-  const Dataset seen = make_world(opencv5_lens(), 5, views(3));
-  const UncertainCamera known{nullptr, {kPlain, seen.image_size}, {}};
-  const auto of_view = contradiction_of_camera(seen.views[0], seen.boards, known);
-  return {{"camera_exact", {Status::ok, codes_of(check_camera(seen, known).findings)}},
-          {"camera_changed", {Status::ok, codes_of({of_view.value()})}}};
 }
 
 std::vector<Case> all_cases() {

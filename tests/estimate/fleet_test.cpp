@@ -251,5 +251,17 @@ TEST(FleetTrend, RepeatedCalibrationsShowWhatTheirCovariancesLack) {
   }
 }
 
+Said of_population(const std::vector<UnitValues>& units) {
+  const Population population = estimate_population(units);
+  return {population.status, codes_of(population.findings)};
+}
+
 }  // namespace
+
+std::vector<Case> cases_of_fleets() {
+  return {{"few_units", of_population(equal_units(1, 10))},
+          {"population_mixed", of_population(two_lots())},
+          {"spread_unresolved", of_population(equal_units(1))}};
+}
+
 }  // namespace tagcal

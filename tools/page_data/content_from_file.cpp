@@ -103,8 +103,7 @@ void note_what_is_missing(bool has_data, PageContent& content) {
         "itself.");
   notes.emplace_back(
       "A file of a camera has no model ladder, no comparison of two halves of the views, no shape "
-      "of "
-      "the board and no next view to take: tagcal calibrate --report shows them.");
+      "of the board and no next view to take: tagcal calibrate --report shows them.");
 }
 
 }  // namespace

@@ -3,9 +3,8 @@
 // difference in units of the standard deviation that both claims predict. The projections are
 // compared at infinity, less a rotation, over the region of the corners of the whole set. `region`
 // takes the claims at the nodes of a grid in this region; `printed` takes the RMS claims that the
-// calibrations print, each over the region of its own half. `check` tests the
-// camera of the first half by the views of the second, which nothing changed. Refused: no answer,
-// or the answer `weak`.
+// calibrations print, each over the region of its own half. `check` tests the camera of the first
+// half by the views of the second, which nothing changed. Refused: no answer, or the answer `weak`.
 
 #include <fmt/format.h>
 
@@ -58,8 +57,7 @@ std::vector<std::size_t> random_half(std::size_t n, const StudyOptions& options,
 }
 
 // Half of the views, which follow one another; after the last comes the first.
-std::vector<std::size_t> half_in_time(std::size_t n, const StudyOptions& /*options*/,
-                                      std::uint64_t split) {
+std::vector<std::size_t> half_in_time(std::size_t n, std::uint64_t split) {
   constexpr std::size_t kSplits = 4;  // numeric: later ones are these, exchanged
   std::vector<std::size_t> half;
   for (std::size_t i = 0; i < n / 2; ++i)
@@ -97,14 +95,13 @@ std::vector<Task> tasks(const StudyOptions& options) {
   std::vector<Task> tasks;
   for (RealSet& read : read_sets(options.inputs)) {
     const auto set = std::make_shared<const RealSet>(std::move(read));
-    const auto add = [&](const std::string& name, const auto& half) {
-      tasks.push_back({name, [=](std::uint64_t split) {
-                         const std::size_t n = set->dataset.views.size();
-                         return measure(*set, options, half(n, options, split));
-                       }});
-    };
-    add(set->name, random_half);
-    add(set->name + ", in time", half_in_time);
+    const std::size_t n = set->dataset.views.size();
+    tasks.push_back({set->name, [=](std::uint64_t split) {
+                       return measure(*set, options, random_half(n, options, split));
+                     }});
+    tasks.push_back({set->name + ", in time", [=](std::uint64_t split) {
+                       return measure(*set, options, half_in_time(n, split));
+                     }});
   }
   return tasks;
 }

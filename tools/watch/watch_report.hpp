@@ -59,7 +59,8 @@ std::string next_lines(const std::optional<AdvisedView>& advice, const Standing&
 // A warning below a picture's line.
 std::string remark_lines(const std::string& sentence);
 
-// What a session says before its end: to stderr if stdout has the JSON of the calibration alone.
+// Prints what a session says before its end; `json`: on stderr, because stdout has the JSON of the
+// calibration alone.
 void tell(const std::string& text, bool json);
 
 // The words of `text` without numbers, by which advice is said once.

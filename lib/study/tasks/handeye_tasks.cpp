@@ -144,8 +144,8 @@ HandeyeTask draw_handeye(const HandeyeKind& kind, Random& random) {
     view.seen = seen_corners(truth, camera_from_board, points, kind.sigma_px, random);
     if (view.seen.ids.size() < kFewest) continue;
     distances += eye.norm();
-    const Pose hand = internal::mount_from_holder(  // its own inverse
-        kind.mount, task.mount_from_camera * camera_from_board * task.holder_from_board.inverse());
+    const Pose hand = internal::base_from_hand({task.mount_from_camera, task.holder_from_board},
+                                               kind.mount, camera_from_board);
     task.base_from_hand.push_back(hand);
     view.base_from_hand =
         retract(hand, normal_step(random, kind.robot_sigma_rad, kind.robot_sigma_m));

@@ -147,30 +147,47 @@ double contradiction_of(const SeeingCamera& seeing, const KnownRig& rig, const S
   return least;
 }
 
-struct JointPose {
+struct JointMinimum {
   Pose rig_from_target;
   double cost = 0;
   Matrix6 information = Matrix6::Zero();
 };
 
+struct JointPose {
+  SeenPose seen;
+  double cost = 0;
+};
+
 // The minima from all poses of single cameras, the best first, each once.
-std::vector<JointPose> joint_poses(std::span<const SeeingCamera> cameras) {
+std::vector<JointMinimum> joint_minima(std::span<const SeeingCamera> cameras) {
   constexpr double kSamePose = 1e-3;  // numeric: standard deviations between runs to one minimum
   const RigPoseProblem problem{cameras};
-  std::vector<JointPose> minima;
+  std::vector<JointMinimum> minima;
   for (const SeeingCamera& seeing : cameras)
     for (const PoseHypothesis& own : seeing.own->hypotheses) {
       const Pose start = seeing.camera->camera_from_rig.inverse() * own.camera_from_target;
       const auto minimum = minimise(problem, start);
       if (!minimum) continue;
-      const bool is_known = std::ranges::any_of(minima, [&](const JointPose& other) {
+      const bool is_known = std::ranges::any_of(minima, [&](const JointMinimum& other) {
         const Vector6d step = minus(minimum->state, other.rig_from_target);
         return step.dot(other.information * step) < kSamePose * kSamePose;
       });
       if (!is_known) minima.push_back({minimum->state, minimum->at.cost, minimum->at.information});
     }
-  std::ranges::sort(minima, {}, &JointPose::cost);
+  std::ranges::sort(minima, {}, &JointMinimum::cost);
   return minima;
+}
+
+// Those of them that the residuals do not exclude.
+std::vector<JointPose> joint_poses(std::span<const SeeingCamera> cameras, const KnownRig& rig) {
+  const std::vector<JointMinimum> minima = joint_minima(cameras);
+  std::vector<JointPose> poses;
+  for (const JointMinimum& minimum : minima) {
+    if (minimum.cost > minima.front().cost + policy::kAmbiguousCost) break;
+    if (auto seen = seen_by_rig(cameras, rig, minimum.rig_from_target, minimum.information))
+      poses.push_back({*std::move(seen), minimum.cost});
+  }
+  return poses;
 }
 
 double rms_px_of(std::span<const SeeingCamera> cameras, const Pose& rig_from_target) {
@@ -195,30 +212,25 @@ void add_hypothesis(const SeenPose& seen, const KnownRig& rig, double rms_px, do
   estimate.parts.push_back(seen);
 }
 
-// Adds the poses that the residuals do not exclude, with their probabilities.
+// Adds the poses with their probabilities.
 void add_hypotheses(std::span<const SeeingCamera> cameras, const KnownRig& rig,
-                    const std::vector<JointPose>& minima, RigPoseEstimate& estimate) {
+                    const std::vector<JointPose>& poses, RigPoseEstimate& estimate) {
   double sum = 0;
-  for (const JointPose& minimum : minima) {
-    if (minimum.cost > minima.front().cost + policy::kAmbiguousCost) break;
-    const auto seen = seen_by_rig(cameras, rig, minimum.rig_from_target, minimum.information);
-    if (!seen) continue;
-    const double likelihood = std::exp((minima.front().cost - minimum.cost) / 2);
+  for (const auto& [seen, cost] : poses) {
+    const double likelihood = std::exp((poses.front().cost - cost) / 2);
     sum += likelihood;
-    add_hypothesis(*seen, rig, rms_px_of(cameras, minimum.rig_from_target), likelihood, estimate);
+    add_hypothesis(seen, rig, rms_px_of(cameras, seen.camera_from_target), likelihood, estimate);
   }
   for (PoseHypothesis& hypothesis : estimate.rig.hypotheses) hypothesis.probability /= sum;
 }
 
 // The camera that contradicts the rig most, if one does.
 std::optional<std::size_t> contradiction(std::span<const SeeingCamera> cameras, const KnownRig& rig,
-                                         const JointPose& minimum) {
-  const auto joint = seen_by_rig(cameras, rig, minimum.rig_from_target, minimum.information);
-  if (!joint) return std::nullopt;
+                                         const SeenPose& joint) {
   std::optional<std::size_t> worst;
   double most = chi_square_quantile(6, policy::kOutlierSigmas);
   for (std::size_t i = 0; i < cameras.size(); ++i)
-    if (const double square = contradiction_of(cameras[i], rig, *joint); square > most) {
+    if (const double square = contradiction_of(cameras[i], rig, joint); square > most) {
       most = square;
       worst = i;
     }
@@ -230,10 +242,10 @@ std::vector<JointPose> solve_without_contradictions(std::vector<SeeingCamera>& c
                                                     const KnownRig& rig,
                                                     std::vector<Finding>& findings) {
   for (;;) {
-    std::vector<JointPose> minima = joint_poses(cameras);
-    if (minima.empty()) return minima;
-    const auto wrong = contradiction(cameras, rig, minima.front());
-    if (!wrong) return minima;
+    std::vector<JointPose> poses = joint_poses(cameras, rig);
+    if (poses.empty()) return poses;
+    const auto wrong = contradiction(cameras, rig, poses.front().seen);
+    if (!wrong) return poses;
     const std::string& name = cameras[*wrong].camera->name;
     if (cameras.size() == 2) {
       add(findings, code::pair_contradicts,
@@ -308,8 +320,8 @@ RigPoseEstimate estimate_rig_pose(std::span<const ViewCorrespondences> seen, con
   if (cameras.size() == 1) {
     add_hypotheses_of_one(cameras.front(), rig, estimate);
   } else {
-    const auto minima = solve_without_contradictions(cameras, rig, joint.findings);
-    add_hypotheses(cameras, rig, minima, estimate);
+    const auto poses = solve_without_contradictions(cameras, rig, joint.findings);
+    add_hypotheses(cameras, rig, poses, estimate);
   }
   add_warnings_of(cameras, joint.findings);
   if (joint.hypotheses.empty() && is_answer(judge(joint.findings)))

@@ -39,8 +39,9 @@ inline constexpr double kTagUnfittedEdgeMarginPx = 6;
 // beyond which it is a raw mosaic. Source: daylight on grey paper has 1.3 to 2.5 behind the filters
 // of a sensor; pictures without a mosaic have 1.00 (medians over a thousand blocks).
 inline constexpr double kMosaicRatio = 1.1;
-// The same in standard deviations of each median. Source: test
-// ImageFilters.OnlyAMosaicOfSmallPicturesIsOne.
+// Standard deviations by which each of the two medians may be wrong, in the direction that makes a
+// mosaic of a picture without one. Source: test ImageFilters.OnlyAMosaicOfSmallPicturesIsOne (four
+// such pictures of 400 at most).
 inline constexpr double kMosaicSigmas = 3;
 
 // Grey levels between black and white of tags and about junctions, at least. Source: x0.7 and

@@ -28,9 +28,8 @@ inline Pose camera_from_board(const HandeyePlaces& places, CameraMount mount,
 // The robot's pose that the places predict from a view's own.
 inline Pose base_from_hand(const HandeyePlaces& places, CameraMount mount,
                            const Pose& camera_from_board) {
-  const Pose mount_from_hand =
-      places.mount_from_camera * camera_from_board * places.holder_from_board.inverse();
-  return mount_from_holder(mount, mount_from_hand);  // its own inverse
+  return mount_from_holder(  // its own inverse
+      mount, places.mount_from_camera * camera_from_board * places.holder_from_board.inverse());
 }
 
 // The steps (`retract`) of camera_from_board by those of the two places and of base_from_hand, to
