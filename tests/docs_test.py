@@ -69,7 +69,11 @@ def wrong_quotes(root: Path, quotes: str) -> Iterator[str]:
         page, words, formula = (field.strip() for field in line.split("|"))
         pattern = re.escape(words).replace(r"\ ", r"\s+").replace(r"\#", r"([\d,.]*\d)")
         found = re.search(pattern, (root / page).read_text())
-        value = eval(CELL.sub(value_of, formula), {})
+        try:
+            value = eval(CELL.sub(value_of, formula), {})
+        except KeyError as missing:
+            yield f"{page}: {formula}: {missing.args[0]}"
+            continue
         if not found:
             yield f"{page}: does not say: {words}"
         elif abs(float(found[1].replace(",", "")) - value) > 10.0 ** -len(found[1].partition(".")[2]):
@@ -104,7 +108,7 @@ def prove() -> None:
                 quoted = "It is 2,004 | x | y |\n\n| a | b |\n|---|---|\n| r | 1002, 3 |\n" + stamp
                 (root / place).write_text("<!-- measured: a_b -->\n" + quoted)
                 for words, formula, wrong in (("It is #", "a_b[r][b] * 2", 0), ("It is #", "a_b[r][2]", 1),
-                                              ("It was #", "a_b[r][b] * 2", 1)):
+                                              ("It was #", "a_b[r][b] * 2", 1), ("It is #", "a_b[s][b]", 1)):
                     assert len(list(wrong_quotes(root, f"{place} | {words} | {formula}"))) == wrong, words
     piece = pages.Piece("a_b", place, "block", "true", [])
     made = pages.with_block(right, piece, "2\n", pages.Stamp("4567def", "2026-02-01"))
