@@ -78,6 +78,7 @@ HandeyeEstimate calibrate_views(const std::vector<View>& views, const TargetLike
     robot.views[i].image = views[i].image;
     robot.views[i].seen = view_correspondences(views[i], boards, known.camera_error_px);
   }
+  if (!boards.empty()) robot.options.print = boards.front().board.substrate.print;
   const UncertainCamera lens = uncertain_camera(known);
   py::gil_scoped_release release;
   return calibrate_handeye(robot.views, lens, robot.options);
@@ -172,6 +173,9 @@ void bind_handeye_answer(py::module_& m) {
           "Pose of the board in the base, or in the hand.");
   h.field("covariance", &HandeyeEstimate::covariance,
           "(12, 12), of (omega rad, tau m) of the one and the other.");
+  h.field("board_scale", &HandeyeEstimate::board_scale,
+          "The board's lengths by the robot's, over those of its file.");
+  h.field("sigma_board_scale", &HandeyeEstimate::sigma_board_scale, "Its standard deviation.");
   h.field("robot_sigma_m", &HandeyeEstimate::robot_sigma_m,
           "Standard deviation of the robot's positions per axis, estimated.");
   h.field("robot_sigma_rad", &HandeyeEstimate::robot_sigma_rad, "The same of its rotations.");

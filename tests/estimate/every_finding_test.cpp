@@ -356,8 +356,8 @@ TEST(EveryFinding, HasDataThatCauseIt) {
   // What the commands add themselves: cli_pose_test, cli_calibration_test.
   // Of a wheel: calibrate_rig_test.
   std::set<std::string> reached = {"input", "target_unseen", "extrinsic_not_observable"};
-  // Of robots: handeye_test.
-  reached.insert({"rotation_axes_parallel", "no_rotation", "wrong_direction"});
+  // Of robots: handeye_test, handeye_claims_test.
+  reached.insert({"rotation_axes_parallel", "no_rotation", "wrong_direction", "board_scale"});
   reached.insert("lens_without_covariance");
   for (const RigFindingCase& c : cases_of_rigs()) reached.insert(c.code);  // rig_findings_test
   for (const Case& c : all_cases()) {

@@ -72,7 +72,8 @@ def test_poses_of_another_program_count_by_their_covariance() -> None:
     again = tagcal.calibrate_handeye_from_poses(matrices, robot, "hand")
     assert again.covariance == pytest.approx(found.covariance, rel=1e-6, abs=1e-15)
     vague = tagcal.calibrate_handeye_from_poses(wide, robot, "hand")
-    assert np.all(np.diag(vague.covariance)[:6] > 4 * np.diag(found.covariance)[:6])
+    # Towards the board (z) the camera's place is as well known as the size of the print.
+    assert np.all(np.diag(vague.covariance)[:5] > 4 * np.diag(found.covariance)[:5])
 
 
 def test_a_view_without_a_pose_takes_no_part() -> None:

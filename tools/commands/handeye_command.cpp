@@ -66,6 +66,7 @@ int run(const Arguments& arguments) {
   options.sigma_px = arguments.sigma_px;
   options.find_time_offset = arguments.time_offset == "find";
   options.num_threads = static_cast<std::size_t>(arguments.threads);
+  if (!input.boards.empty()) options.print = input.boards.front().board.substrate.print;
   add_robot_poses(arguments.robot, poses, arguments.times, input, options);
   const HandeyeEstimate answer = naming(input.name, [&] {
     return input.camera ? calibrate_handeye(input.views, *input.camera, options)

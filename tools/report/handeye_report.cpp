@@ -44,6 +44,8 @@ void add_numbers(const HandeyeEstimate& handeye, Json& json) {
   json["mount_from_camera"] = pose_json(handeye.mount_from_camera);
   json["holder_from_board"] = pose_json(handeye.holder_from_board);
   json["covariance"] = matrix_json(handeye.covariance);
+  json["board_scale"] = handeye.board_scale;
+  json["sigma_board_scale"] = handeye.sigma_board_scale;
   json["robot_sigma_m"] = handeye.robot_sigma_m;
   json["robot_sigma_rad"] = handeye.robot_sigma_rad;
   json["robot_sigma_m_share"] = handeye.robot_sigma_m_share;

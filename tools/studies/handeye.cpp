@@ -1,6 +1,7 @@
 // Random robots with a camera: errors of tagcal handeye and of OpenCV's methods, silent wrong
 // answers, and whether the claims hold (docs/trust/how_sure.md).
-// 3 to 60 poses, axes spread by 1 to 45 degrees, robots of 0 to 3 mm and 0 to 0.5 degrees. Wrong:
+// 3 to 60 poses, axes spread by 1 to 45 degrees, robots of 0 to 3 mm and 0 to 0.5 degrees, boards
+// with the scale of a print on paper. Wrong:
 // an answer that is off by more than a tenth of the board's distance, or by 6 degrees; silently so
 // without a refusal or warning. OpenCV has neither. NEES: of the camera's place, over six.
 // The last table compares the errors of the camera's place in right worlds in which tagcal answers,
@@ -27,8 +28,9 @@ namespace {
 using internal::kDegree;
 constexpr const char* kOurs = "tagcal handeye";
 constexpr double kWrongShare = 0.1, kWrongRad = 0.1;
-constexpr double kNoAnswerMm = 1e9;      // counts as an error
-constexpr double kChiSquare95 = 12.592;  // six degrees of freedom
+constexpr double kNoAnswerMm = 1e9;        // counts as an error
+constexpr double kChiSquare95 = 12.592;    // six degrees of freedom
+constexpr double kScaleOfPaper = 0.00141;  // standard deviation: the prior of two sides' difference
 
 HandeyeKind drawn_kind(Random& random) {
   HandeyeKind kind;
@@ -38,6 +40,7 @@ HandeyeKind drawn_kind(Random& random) {
   kind.robot_sigma_m = 1e-3 * random.uniform(0, 3);
   kind.robot_sigma_rad = kDegree * random.uniform(0, 0.5);
   kind.sigma_px = std::exp(random.uniform(std::log(0.05), std::log(0.5)));
+  kind.board_scale = 1 + kScaleOfPaper * random.normal();
   return kind;
 }
 
@@ -50,11 +53,24 @@ std::string stratum(double value, std::initializer_list<double> bounds, const st
   return fmt::format("from {:g} {}", low, unit);
 }
 
-std::vector<Values> measure_handeye(RobotMistake mistake, std::uint64_t seed) {
+// What a world has besides what is drawn.
+struct Fault {
+  RobotMistake mistake = RobotMistake::none;
+  double board_scale = 1;
+  int num_wrong = 0, fewest_poses = 3;
+
+  bool is_none() const {
+    return mistake == RobotMistake::none && board_scale == 1 && num_wrong == 0;
+  }
+};
+
+std::vector<Values> measure_handeye(const Fault& fault, std::uint64_t seed) {
   Random random(seed, 11);
   HandeyeKind kind = drawn_kind(random);
-  kind.mistake = mistake;
-  if (mistake == RobotMistake::shifted) kind.num_poses = std::max(kind.num_poses, 12);
+  kind.mistake = fault.mistake;
+  kind.board_scale *= fault.board_scale;
+  kind.num_wrong = fault.num_wrong;
+  kind.num_poses = std::max(kind.num_poses, fault.fewest_poses);
   const HandeyeTask task = draw_handeye(kind, random);
   const std::string poses = stratum(kind.num_poses, {5, 10, 25}, "poses");
   const std::string spread = stratum(kind.axis_spread_rad / kDegree, {5, 15}, "deg");
@@ -79,7 +95,7 @@ std::vector<Values> measure_handeye(RobotMistake mistake, std::uint64_t seed) {
         covered = square <= kChiSquare95;
       }
     }
-    if (rows.empty()) compared = mistake == RobotMistake::none && answer.answered;
+    if (rows.empty()) compared = fault.is_none() && answer.answered;
     rows.push_back({method.name, poses, spread, noise, answer.said, mm, deg,
                     compared ? std::fmin(mm, kNoAnswerMm) : std::nan(""), wrong - warned, warned,
                     nees, covered, 1e-3 * us});
@@ -87,8 +103,8 @@ std::vector<Values> measure_handeye(RobotMistake mistake, std::uint64_t seed) {
   return rows;
 }
 
-study::Task handeye_task(const std::string& name, RobotMistake mistake) {
-  return {name, [mistake](std::uint64_t seed) { return measure_handeye(mistake, seed); }};
+study::Task handeye_task(const std::string& name, const Fault& fault) {
+  return {name, [fault](std::uint64_t seed) { return measure_handeye(fault, seed); }};
 }
 
 double error_of(const Sample& sample, const std::string& method, double share) {
@@ -151,11 +167,13 @@ Study handeye_study() {
       .tasks =
           [](const StudyOptions& options) {
             std::vector<study::Task> tasks = {
-                handeye_task("right", RobotMistake::none),
-                handeye_task("inverse", RobotMistake::inverse),
-                handeye_task("millimetres", RobotMistake::millimetres),
-                handeye_task("quaternion order", RobotMistake::quaternion_order),
-                handeye_task("next picture's", RobotMistake::shifted)};
+                handeye_task("right", {}),
+                handeye_task("board 1 % larger", {.board_scale = 1.01}),
+                handeye_task("two poses off by 3 cm", {.num_wrong = 2, .fewest_poses = 10}),
+                handeye_task("inverse", {RobotMistake::inverse}),
+                handeye_task("millimetres", {RobotMistake::millimetres}),
+                handeye_task("quaternion order", {RobotMistake::quaternion_order}),
+                handeye_task("next picture's", {RobotMistake::shifted, 1, 0, 12})};
             if (options.text("robots") == "right") tasks.resize(1);
             return tasks;
           },

@@ -61,15 +61,16 @@ class CameraPoses {
 };
 
 ViewCorrespondences seen_corners(const Camera& camera, const Pose& camera_from_board,
-                                 const std::vector<TargetPoint>& points, double sigma_px,
+                                 const std::vector<TargetPoint>& points, const HandeyeKind& kind,
                                  Random& random) {
   ViewCorrespondences seen;
   for (const TargetPoint& point : points) {
-    const auto pixel = project(camera.lens, camera_from_board * point.position);
+    const auto pixel =
+        project(camera.lens, camera_from_board * (kind.board_scale * point.position));
     if (!pixel || !contains(camera.image_size, *pixel)) continue;
     seen.ids.push_back(point.id);
     seen.correspondences.push_back(
-        {point.position, *pixel + sigma_px * Vector2d(random.normal(), random.normal())});
+        {point.position, *pixel + kind.sigma_px * Vector2d(random.normal(), random.normal())});
   }
   return seen;
 }
@@ -103,10 +104,12 @@ Pose mistaken(RobotMistake mistake, const Pose& pose) {
 }
 
 void add_robot_mistakes(const HandeyeKind& kind, Random& random, std::vector<HandeyeView>& views) {
-  for (HandeyeView& view : views) {
-    if (random.uniform() < kind.wrong_share) view.base_from_hand = random_place(random, 0.5);
-    view.base_from_hand = mistaken(kind.mistake, view.base_from_hand);
+  for (int i = 0; i < std::min(kind.num_wrong, static_cast<int>(views.size())); ++i) {
+    const Vector3d side(random.normal(), random.normal(), random.normal());
+    Pose& wrong = views[static_cast<std::size_t>(i)].base_from_hand;
+    wrong = translation(kind.wrong_m * side.normalized()) * wrong;
   }
+  for (HandeyeView& view : views) view.base_from_hand = mistaken(kind.mistake, view.base_from_hand);
   if (kind.mistake != RobotMistake::shifted) return;
   for (std::size_t i = 0; i + 1 < views.size(); ++i)
     views[i].base_from_hand = views[i + 1].base_from_hand;
@@ -141,7 +144,7 @@ HandeyeTask draw_handeye(const HandeyeKind& kind, Random& random) {
     if (!(eye.normalized().z() > 0.35)) continue;
     HandeyeView view;
     view.image = std::to_string(task.views.size());
-    view.seen = seen_corners(truth, camera_from_board, points, kind.sigma_px, random);
+    view.seen = seen_corners(truth, camera_from_board, points, kind, random);
     if (view.seen.ids.size() < kFewest) continue;
     distances += eye.norm();
     const Pose hand = internal::base_from_hand({task.mount_from_camera, task.holder_from_board},

@@ -25,7 +25,9 @@ struct HandeyeKind {
   double robot_sigma_m = 1e-3;   // per axis
   double robot_sigma_rad = 2e-3;
   double sigma_px = 0.2;
-  double wrong_share = 0;  // of the robot's poses, which are anywhere
+  double board_scale = 1;  // of the board, over what the methods are told
+  int num_wrong = 0;       // robot poses, of the first views, that are off by
+  double wrong_m = 0.03;   // in random directions
   RobotMistake mistake = RobotMistake::none;
   bool known_lens = false;  // exactly; else by a covariance from which its error is drawn
 };

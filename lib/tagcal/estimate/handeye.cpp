@@ -8,6 +8,7 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/findings.hpp"
+#include "tagcal/estimate/handeye/handeye_consensus.hpp"
 #include "tagcal/estimate/handeye/handeye_report.hpp"
 #include "tagcal/estimate/handeye/robot_advice.hpp"
 #include "tagcal/estimate/handeye/robot_readings.hpp"
@@ -101,7 +102,7 @@ std::size_t num_different(std::span<const HandeyeSight> sights) {
 }
 
 // Robust start, twice: the second time with the poses of ambiguous views that agree with the first.
-std::optional<RobustHandeyeStart> start_of(HandeyeSights& sights, bool rejects) {
+std::optional<RobustHandeyeStart> start_of(HandeyeSights& sights) {
   std::optional<RobustHandeyeStart> start;
   HandeyeProblem& problem = sights.problem();
   for (int i = 0; i < 2; ++i) {
@@ -110,28 +111,7 @@ std::optional<RobustHandeyeStart> start_of(HandeyeSights& sights, bool rejects) 
     choose_hypotheses(problem, start->places);
     if (std::ranges::none_of(problem.sights, [](const auto& s) { return s.own.size() > 1; })) break;
   }
-  if (!rejects) std::ranges::fill(start->takes_part, 1);
   return start;
-}
-
-// The robot's noise by the poses that the places predict from the views' own.
-RobotNoise noise_of_start(const HandeyeProblem& problem, const HandeyePlaces& places) {
-  Vector6d squares = Vector6d::Zero();
-  for (const HandeyeSight& s : problem.sights) {
-    const Pose hand = base_from_hand(places, problem.mount, s.own[0].camera_from_target);
-    squares += minus(hand, s.base_from_hand).cwiseAbs2();
-  }
-  const auto n = 3 * static_cast<double>(problem.sights.size());
-  constexpr double kLeast = 0.1;  // numeric: of the prior's median, a start
-  return {std::max(std::sqrt(squares.head<3>().sum() / n), kLeast * policy::kPriorRobotRad),
-          std::max(std::sqrt(squares.tail<3>().sum() / n), kLeast * policy::kPriorRobotM)};
-}
-
-std::optional<HandeyeMinimum> bundle_of(const HandeyeProblem& problem,
-                                        const HandeyePlaces& places) {
-  HandeyeState state{places, {}, 0};
-  for (const HandeyeSight& s : problem.sights) state.base_from_hand.push_back(s.base_from_hand);
-  return minimise_bundle(problem, std::move(state), noise_of_start(problem, places));
 }
 
 // The offset of time among steps at which the poses of the path agree best with the views.
@@ -175,6 +155,7 @@ class HandeyeRun {
     if (options_.path && !options_.find_time_offset && is_off_in_time(minimum->state)) return;
     answer_.rejected = sights_.rejected();
     report_minimum(sights_, *minimum, answer_);
+    if (is_scale_free_) add_board_scale(answer_);
     if (is_answer(judge(answer_.findings)) && is_likelier_otherwise(*minimum)) return;
     if (options_.find_time_offset) report_offset(*minimum);
     answer_.next =
@@ -239,31 +220,44 @@ class HandeyeRun {
     std::optional<HandeyeMinimum> minimum;
     for (int i = 0; i < kRounds; ++i) {
       sights_.gather(offset_s_);
-      const auto start = start_of(sights_, options_.reject_outliers);
-      if (!start || !keep_agreeing(*start)) return std::nullopt;
+      const auto start = start_of(sights_);
+      if (!start) return std::nullopt;
       sights_.problem().with_time = options_.find_time_offset;
-      minimum = bundle_of(sights_.problem(), start->places);
-      if (!minimum) {
-        add(answer_.findings, code::not_converged,
-            "the bundle left the lens' domain, or its equations are singular");
-        return std::nullopt;
-      }
+      minimum = minimum_of_agreeing(*start);
+      if (!minimum) return std::nullopt;
       offset_s_ += minimum->state.time_offset_s;
       if (!(std::abs(minimum->state.time_offset_s) > kSmall)) break;
     }
     return minimum;
   }
 
-  bool keep_agreeing(const RobustHandeyeStart& start) {
-    const std::size_t all = start.takes_part.size();
-    sights_.keep(start.takes_part);
-    if (!policy::is_above(sights_.rejected().size(), policy::kMinority, all) &&
+  // The minimum of the views that agree: with the board's scale free, so that an error of it does
+  // not count as noise of the robot, then with its prior, unless they contradict each other.
+  std::optional<HandeyeMinimum> minimum_of_agreeing(const RobustHandeyeStart& start) {
+    HandeyeProblem& problem = sights_.problem();
+    problem.board_scale_sigma = policy::kFreeScale;
+    auto found = find_consensus(problem, start, options_.reject_outliers);
+    if (found && !keep_agreeing(found->takes_part)) return std::nullopt;
+    const double prior = sigma_of_scale(sigma_of_print(options_.print));
+    is_scale_free_ = found && is_beyond_prior(found->minimum, prior);
+    if (found && is_scale_free_) return std::move(found->minimum);
+    problem.board_scale_sigma = prior;
+    auto minimum = bundle_of(problem, start.places);
+    if (!minimum)
+      add(answer_.findings, code::not_converged,
+          "the bundle left the lens' domain, or its equations are singular");
+    return minimum;
+  }
+
+  bool keep_agreeing(std::span<const std::uint8_t> takes_part) {
+    sights_.keep(takes_part);
+    if (!policy::is_above(sights_.rejected().size(), policy::kMinority, takes_part.size()) &&
         sights_.problem().sights.size() >= 3)
       return true;
     add(answer_.findings, code::no_consensus,
         fmt::format("the robot's poses of {} of {} views contradict the others: check that "
                     "pictures and poses belong together, and that the board stood still",
-                    sights_.rejected().size(), all));
+                    sights_.rejected().size(), takes_part.size()));
     return false;
   }
 
@@ -286,7 +280,8 @@ class HandeyeRun {
   void set_offset(double offset_s, const HandeyeMinimum& minimum) {
     answer_.time_offset_s = offset_s;
     answer_.sigma_time_offset_s =
-        std::sqrt(widening(minimum.degrees_of_freedom) * minimum.covariance(12, 12));
+        std::sqrt(widening(minimum.degrees_of_freedom) *
+                  minimum.covariance(HandeyeEquations::kTime, HandeyeEquations::kTime));
   }
 
   void report_offset(const HandeyeMinimum& minimum) {
@@ -302,6 +297,7 @@ class HandeyeRun {
   HandeyeSights sights_;
   std::optional<BetterReading> better_;
   double offset_s_ = 0;
+  bool is_scale_free_ = false;  // the robot contradicts the prior of the board's scale
 };
 
 }  // namespace

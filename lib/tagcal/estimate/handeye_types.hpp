@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "tagcal/estimate/types.hpp"
+#include "tagcal/scene/board.hpp"
 #include "tagcal/uncertainty/uncertain_camera.hpp"
 
 // Options and results of calibrate_handeye (handeye.hpp).
@@ -30,7 +31,10 @@ std::optional<Pose> hand_at(const RobotPath& path, double time_s);
 
 struct HandeyeOptions {
   CameraMount mount = CameraMount::hand;
-  double sigma_px = 0;          // as PoseOptions
+  double sigma_px = 0;  // as PoseOptions
+  // What the board's lengths are known to (Substrate::print): the prior of its scale, which the
+  // robot's motions measure. Views of poses alone have a board, too.
+  Tolerance print = Material::paper;
   bool reject_outliers = true;  // views whose robot pose contradicts the others
   // With a path, the views' robot poses are those at their times; their own are not used.
   std::optional<RobotPath> path;
@@ -78,6 +82,10 @@ struct HandeyeEstimate {
   Matrix6 camera_covariance = Matrix6::Zero();
   Matrix6 board_covariance = Matrix6::Zero();
   MatrixX covariance;
+  // The board's lengths by the robot's, over those of its file, and the standard deviation. Places
+  // are in the robot's lengths.
+  double board_scale = 1;
+  double sigma_board_scale = 0;
   // Standard deviations of the robot's poses, per axis, estimated from the views (restricted
   // maximum likelihood); and what is known of them, as a share of their value.
   double robot_sigma_m = 0;

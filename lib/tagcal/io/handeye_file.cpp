@@ -26,6 +26,8 @@ std::string handeye_yaml(const HandeyeEstimate& handeye) {
   const auto add = [&](const char* key, double value) {
     text += fmt::format("{}: {}\n", key, number_yaml(value));
   };
+  add("board_scale", handeye.board_scale);
+  add("sigma_board_scale", handeye.sigma_board_scale);
   add("robot_sigma_m", handeye.robot_sigma_m);
   add("robot_sigma_rad", handeye.robot_sigma_rad);
   add("degrees_of_freedom", handeye.degrees_of_freedom);

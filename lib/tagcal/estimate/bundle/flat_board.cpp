@@ -1,5 +1,7 @@
 #include "tagcal/estimate/bundle/flat_board.hpp"
 
+#include <cmath>
+
 #include "tagcal/estimate/policy/policy.hpp"
 
 namespace tagcal::internal {
@@ -12,6 +14,12 @@ double share_of(const Tolerance& tolerance, std::span<const double> of_materials
 }
 
 }  // namespace
+
+double sigma_of_print(const Tolerance& print) { return share_of(print, policy::kPriorPrint); }
+
+double sigma_of_scale(double sigma_of_print, double found_aspect) {
+  return std::hypot(sigma_of_print, found_aspect) / std::sqrt(2.0);
+}
 
 BoardShapes FlatBoard::shapes(std::span<const Eigen::Vector3d> x_in_world) const {
   const Pose board_from_world = world_from_board.inverse();
@@ -46,7 +54,7 @@ std::optional<FlatBoard> flat_board(const Dataset& dataset) {
   const double rounding_m = 1e-6 * size.x();  // numeric: of positions in a file
   if (!(size.x() > 0 && size.y() > 0) || size.z() > rounding_m) return std::nullopt;
   const double bend_m = share_of(substrate.flatness, policy::kPriorFlatness) * size.norm();
-  const double print = share_of(substrate.print, policy::kPriorPrint);
+  const double print = sigma_of_print(substrate.print);
   return FlatBoard{dataset.boards[0].world_from_board,
                    (low + high).head<2>() / 2,
                    size.head<2>() / 2,

@@ -26,6 +26,12 @@ struct BoardShapes {
 // and at y (1 + shape[3]) instead of y (print aspect).
 using BoardShape = Eigen::Vector4d;
 
+// The standard deviation of the share by which a print is longer along y than along x.
+double sigma_of_print(const Tolerance& print);
+// That of a board's scale, which no picture shows: lengths of a print err along x and y alike, so
+// it is that of their difference (the prior's, and what was found) over root 2.
+double sigma_of_scale(double sigma_of_print, double found_aspect = 0);
+
 // The flat board of a data set with one board.
 struct FlatBoard {
   Pose world_from_board;

@@ -17,11 +17,13 @@ using Square6 = Eigen::Matrix<double, 6, 6>;
 double log_det(const auto& llt) { return 2 * llt.matrixLLT().diagonal().array().log().sum(); }
 
 // Weights of the wide priors of the shared parameters: translations about zero. (Rotations have
-// none: theirs is a damping.) The offset of time has none, and a unit weight if it is not free.
+// none: theirs is a damping.) The offset of time has none, and a unit weight if it is not free. The
+// logarithm of the board's scale has its own.
 HandeyeEquations::Shared prior_weights(const HandeyeProblem& problem) {
   const double reach = policy::kPriorReach * problem.scale.distance_m;
   HandeyeEquations::Shared weights;
-  weights[12] = problem.with_time ? 0 : 1;
+  weights[HandeyeEquations::kTime] = problem.with_time ? 0 : 1;
+  weights[HandeyeEquations::kScale] = 1 / (problem.board_scale_sigma * problem.board_scale_sigma);
   for (Eigen::Index i = 0; i < 12; ++i)
     weights[i] = 1 / (i % 6 < 3 ? std::numbers::pi * std::numbers::pi : reach * reach);
   return weights;
@@ -64,22 +66,29 @@ Vector6d robot_error(const HandeyeProblem& problem, const HandeyeState& state, s
                retract(sight.base_from_hand, state.time_offset_s * sight.velocity));
 }
 
+Pose camera_from_board(const HandeyeProblem& problem, const HandeyeState& state, std::size_t view) {
+  return with_lengths(camera_from_board(state.places, problem.mount, state.base_from_hand[view]),
+                      std::exp(-state.log_board_scale));
+}
+
+void HandeyeEquations::add_priors(const HandeyeProblem& problem, const HandeyeState& state) {
+  const Shared weights = prior_weights(problem);
+  Shared value = Shared::Zero();
+  value.segment<3>(3) = state.places.mount_from_camera.translation();
+  value.segment<3>(9) = state.places.holder_from_board.translation();
+  value[kScale] = state.log_board_scale;
+  shared_ = weights.asDiagonal();
+  shared_gradient_ = weights.cwiseProduct(value);
+  corners_cost_ = value.dot(shared_gradient_);
+}
+
 std::optional<HandeyeEquations> HandeyeEquations::at(const HandeyeProblem& problem,
                                                      const HandeyeState& state) {
   HandeyeEquations equations;
-  equations.shared_ = prior_weights(problem).asDiagonal();
-  equations.shared_gradient_.setZero();
-  const auto add_prior = [&](const Pose& place, Eigen::Index first) {
-    const double weight = equations.shared_(first, first);
-    equations.shared_gradient_.segment<3>(first) = weight * place.translation();
-    equations.corners_cost_ += weight * place.translation().squaredNorm();
-  };
-  add_prior(state.places.mount_from_camera, 3);
-  add_prior(state.places.holder_from_board, 9);
+  equations.add_priors(problem, state);
   for (std::size_t i = 0; i < problem.sights.size(); ++i) {
     const auto gram =
-        products(problem.sights[i], problem.camera,
-                 camera_from_board(state.places, problem.mount, state.base_from_hand[i]));
+        products(problem.sights[i], problem.camera, camera_from_board(problem, state, i));
     if (!gram) return std::nullopt;
     equations.add(problem, state, i, *gram);
   }
@@ -88,10 +97,12 @@ std::optional<HandeyeEquations> HandeyeEquations::at(const HandeyeProblem& probl
 
 void HandeyeEquations::add(const HandeyeProblem& problem, const HandeyeState& state,
                            std::size_t view, const MatrixXd& gram) {
-  const HandeyeSteps steps(state.places, problem.mount, state.base_from_hand[view]);
+  const HandeyeSteps steps(state.places, problem.mount, state.base_from_hand[view],
+                           std::exp(-state.log_board_scale));
   SixByShared by = SixByShared::Zero();
   by.leftCols<6>() = steps.by_camera;
   by.middleCols<6>(6) = steps.by_board;
+  by.col(kScale).tail<3>() = -camera_from_board(problem, state, view).translation();
   const Square6 information = gram.topLeftCorner<6, 6>();
   const Vector6d gradient = gram.topRightCorner<6, 1>();
   const SixByShared weighed = information.lazyProduct(by);
@@ -116,7 +127,7 @@ void HandeyeEquations::add(const HandeyeProblem& problem, const HandeyeState& st
 HandeyeEquations::SixByShared HandeyeEquations::coupling(const OfView& view,
                                                          const Vector6d& weights) const {
   SixByShared coupling = view.by_shared;
-  coupling.col(12) -= weights.cwiseProduct(view.velocity);
+  coupling.col(kTime) -= weights.cwiseProduct(view.velocity);
   return coupling;
 }
 
@@ -136,8 +147,8 @@ std::optional<HandeyeEquations::Solution> HandeyeEquations::solve(const RobotNoi
     // Half solved: the Schur complement subtracts their squares.
     const SixByShared across = llt.matrixL().solve(coupling(view, weights));
     const Vector6d own_gradient = llt.matrixL().solve(view.gradient + pull);
-    schur(12, 12) += view.velocity.dot(weights.cwiseProduct(view.velocity));
-    gradient[12] -= view.velocity.dot(pull);
+    schur(kTime, kTime) += view.velocity.dot(weights.cwiseProduct(view.velocity));
+    gradient[kTime] -= view.velocity.dot(pull);
     schur.noalias() -= across.transpose().lazyProduct(across);
     gradient.noalias() -= across.transpose().lazyProduct(own_gradient);
     solution.cost += view.error.dot(pull);
@@ -162,7 +173,8 @@ HandeyeState HandeyeEquations::stepped(const HandeyeState& state, const RobotNoi
   HandeyeState next = state;
   next.places.mount_from_camera = retract(state.places.mount_from_camera, step.head<6>());
   next.places.holder_from_board = retract(state.places.holder_from_board, step.segment<6>(6));
-  next.time_offset_s += step[12];
+  next.time_offset_s += step[kTime];
+  next.log_board_scale += step[kScale];
   for (std::size_t i = 0; i < views_.size(); ++i) {
     const OfView& view = views_[i];
     Square6 own = view.information;

@@ -5,12 +5,13 @@
 #include <optional>
 #include <vector>
 
+#include "tagcal/estimate/bundle/flat_board.hpp"
 #include "tagcal/estimate/handeye/handeye_chain.hpp"
 
 namespace tagcal::internal {
 
-// The bundle of a hand-eye calibration: both places, all robot poses, and one offset of time
-// minimise
+// The bundle of a hand-eye calibration: both places, all robot poses, one offset of time and
+// the scale of the board minimise
 //   sum |whitened residuals of the corners|^2 + sum |error of a robot pose|^2 by its noise,
 // and the noise itself maximises the likelihood with all of these integrated out (restricted
 // maximum likelihood), by Laplace's approximation.
@@ -27,6 +28,8 @@ struct HandeyeProblem {
   UncertainCamera camera;  // of poses: the covariance of what they share, without a model
   std::vector<HandeyeSight> sights;
   HandeyeScale scale;
+  // Prior of the logarithm of the board's scale: standard deviation about zero.
+  double board_scale_sigma = sigma_of_scale(sigma_of_print(Material::paper));
   bool with_time = false;  // the offset is a parameter: sights have velocities
 };
 
@@ -34,20 +37,26 @@ struct HandeyeState {
   HandeyePlaces places;
   std::vector<Pose> base_from_hand;  // by sight
   double time_offset_s = 0;
+  // Of the board: by the robot's lengths over those of its file, in which corners and own poses
+  // are.
+  double log_board_scale = 0;
 };
 
+// The pose of a view's board in the lengths of its file: all that a picture shows.
+Pose camera_from_board(const HandeyeProblem& problem, const HandeyeState& state, std::size_t view);
+
 // The normal equations at a state, without the robot's noise. Parameters that the views share:
-// (omega, tau) of mount_from_camera and of holder_from_board, and the offset, which keeps a
-// variance of 1 and depends on nothing if it is no parameter: the sizes are known when this is
-// compiled.
+// (omega, tau) of mount_from_camera and of holder_from_board; the offset, which keeps a variance of
+// 1 and depends on nothing if it is no parameter: the sizes are known when this is compiled; and
+// the logarithm of the board's scale.
 class HandeyeEquations {
  public:
   // No value if a corner is outside of the lens' domain.
   static std::optional<HandeyeEquations> at(const HandeyeProblem& problem,
                                             const HandeyeState& state);
 
-  // Parameters that all views share: two places of 6 each, and the offset of time.
-  static constexpr int kShared = 13;
+  // Parameters that all views share: two places of 6 each, offset of time, board's scale.
+  static constexpr int kTime = 12, kScale = 13, kShared = 14;
   using Shared = Eigen::Matrix<double, kShared, 1>;
   using SharedSquare = Eigen::Matrix<double, kShared, kShared>;
 
@@ -80,6 +89,7 @@ class HandeyeEquations {
   };
   void add(const HandeyeProblem& problem, const HandeyeState& state, std::size_t view,
            const Eigen::MatrixXd& gram);
+  void add_priors(const HandeyeProblem& problem, const HandeyeState& state);
   SixByShared coupling(const OfView& view, const Vector6d& weights) const;
 
   std::vector<OfView> views_;

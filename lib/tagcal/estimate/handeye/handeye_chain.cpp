@@ -12,7 +12,7 @@ namespace tagcal::internal {
 // inverted X is that of C, turned to the camera and with the opposite sign, about the point that it
 // moves. With the camera on the hand M is inverted, too.
 HandeyeSteps::HandeyeSteps(const HandeyePlaces& places, CameraMount mount,
-                           const Pose& base_from_hand) {
+                           const Pose& base_from_hand, double lengths) {
   const Pose m = mount_from_holder(mount, base_from_hand);
   const Eigen::Matrix3d camera_from_mount = places.mount_from_camera.rotation_matrix().transpose();
   const Eigen::Matrix3d camera_from_holder = camera_from_mount * m.rotation_matrix();
@@ -23,6 +23,7 @@ HandeyeSteps::HandeyeSteps(const HandeyePlaces& places, CameraMount mount,
     by_robot = step_by(camera_from_mount, m.rotation_matrix() * board);
   else
     by_robot = -step_by(camera_from_holder, board - base_from_hand.translation());
+  for (Matrix6* const by : {&by_camera, &by_board, &by_robot}) by->bottomRows<3>() *= lengths;
 }
 
 // Residual r = minus(pose, own) with J = 1, to first order, and J_l = -(response of `own`).

@@ -25,6 +25,11 @@ inline Pose camera_from_board(const HandeyePlaces& places, CameraMount mount,
          places.holder_from_board;
 }
 
+// The same pose with all lengths times a factor.
+inline Pose with_lengths(const Pose& pose, double factor) {
+  return {pose.rotation(), factor * pose.translation()};
+}
+
 // The robot's pose that the places predict from a view's own.
 inline Pose base_from_hand(const HandeyePlaces& places, CameraMount mount,
                            const Pose& camera_from_board) {
@@ -37,7 +42,9 @@ inline Pose base_from_hand(const HandeyePlaces& places, CameraMount mount,
 struct HandeyeSteps {
   Matrix6 by_camera, by_board, by_robot;
 
-  HandeyeSteps(const HandeyePlaces& places, CameraMount mount, const Pose& base_from_hand);
+  // With the translations of camera_from_board times `lengths`.
+  HandeyeSteps(const HandeyePlaces& places, CameraMount mount, const Pose& base_from_hand,
+               double lengths = 1);
 };
 
 // A view whose corners, with a noise of 1, determine its pose; or its pose alone, without corners.

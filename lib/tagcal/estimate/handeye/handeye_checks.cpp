@@ -10,7 +10,9 @@
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/findings.hpp"
 #include "tagcal/estimate/policy/handeye_policy.hpp"
+#include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/internal/degrees.hpp"
+#include "tagcal/internal/text.hpp"
 #include "tagcal/solvers/numeric/statistics.hpp"
 
 namespace tagcal::internal {
@@ -102,6 +104,26 @@ double widening(double degrees_of_freedom) {
     (variance_ratio_score(middle, kParameters, freedoms) < kQuantile95 ? low : high) = middle;
   }
   return std::max(1.0, low * kParameters / chi_square_quantile(kParameters, kQuantile95));
+}
+
+double sigma_of_log_scale(const HandeyeMinimum& minimum) {
+  return std::sqrt(widening(minimum.degrees_of_freedom) *
+                   minimum.covariance(HandeyeEquations::kScale, HandeyeEquations::kScale));
+}
+
+bool is_beyond_prior(const HandeyeMinimum& minimum, double prior_sigma) {
+  return std::abs(minimum.state.log_board_scale) >
+         policy::kSignificant * std::hypot(prior_sigma, sigma_of_log_scale(minimum));
+}
+
+void add_board_scale(HandeyeEstimate& answer) {
+  add(answer.findings, code::board_scale,
+      fmt::format(
+          "by the robot's lengths the board is {} than its file says, by {} %: measure the "
+          "board, or the robot's lengths have another unit. The answer has the robot's "
+          "lengths",
+          answer.board_scale > 1 ? "larger" : "smaller",
+          with_sigma(100 * std::abs(answer.board_scale - 1), 100 * answer.sigma_board_scale)));
 }
 
 void check_determined(const AxisSpread& axes, const HandeyeScale& scale, HandeyeEstimate& answer) {

@@ -28,4 +28,11 @@ double widening(double degrees_of_freedom);
 // Adds what refuses the answer: places that the views do not determine.
 void check_determined(const AxisSpread& axes, const HandeyeScale& scale, HandeyeEstimate& answer);
 
+// The standard deviation of the logarithm of the board's scale, wider for few degrees of freedom.
+double sigma_of_log_scale(const HandeyeMinimum& minimum);
+// Does the scale of a bundle in which it is free contradict its prior, of this standard deviation?
+bool is_beyond_prior(const HandeyeMinimum& minimum, double prior_sigma);
+// Says that lengths of robot and board differ.
+void add_board_scale(HandeyeEstimate& answer);
+
 }  // namespace tagcal::internal

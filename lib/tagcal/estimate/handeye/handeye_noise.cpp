@@ -74,6 +74,7 @@ HandeyeState between(const HandeyeState& from, const HandeyeState& to, double sh
   state.places.holder_from_board = part(from.places.holder_from_board, to.places.holder_from_board);
   for (std::size_t k = 0; k < state.base_from_hand.size(); ++k)
     state.base_from_hand[k] = part(from.base_from_hand[k], to.base_from_hand[k]);
+  state.log_board_scale += share * (to.log_board_scale - from.log_board_scale);
   state.time_offset_s += share * (to.time_offset_s - from.time_offset_s);
   return state;
 }

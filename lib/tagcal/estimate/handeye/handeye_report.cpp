@@ -22,6 +22,8 @@ void report_places(const HandeyeMinimum& minimum, HandeyeEstimate& answer) {
   answer.covariance = covariance.topLeftCorner<12, 12>();
   answer.camera_covariance = covariance.topLeftCorner<6, 6>();
   answer.board_covariance = covariance.block<6, 6>(6, 6);
+  answer.board_scale = std::exp(minimum.state.log_board_scale);
+  answer.sigma_board_scale = answer.board_scale * sigma_of_log_scale(minimum);
   const RobotNoise& noise = minimum.noise.noise;
   answer.robot_sigma_rad = noise.sigma_rad;
   answer.robot_sigma_m = noise.sigma_m;
@@ -49,18 +51,19 @@ HandeyeViewFit fit_of(const HandeyeSights& sights, const HandeyeMinimum& minimum
   fit.error_m = error.tail<3>().norm();
   fit.score = std::sqrt(error.cwiseAbs2().dot(minimum.noise.noise.weights()) / 6);
   fit.rms_px = rms_px(problem.sights[i], problem.camera.camera.lens,
-                      camera_from_board(minimum.state.places, problem.mount, fit.base_from_hand));
+                      camera_from_board(problem, minimum.state, i));
   return fit;
 }
 
-double spread_m(const HandeyeProblem& problem, const HandeyePlaces& places) {
+double spread_m(const HandeyeProblem& problem, const HandeyeState& state) {
   std::vector<Vector3d> centres;
   Vector3d mean = Vector3d::Zero();
   const auto n = static_cast<double>(problem.sights.size());
   for (const HandeyeSight& s : problem.sights) {
     const Pose holder_from_mount = mount_from_holder(problem.mount, s.base_from_hand).inverse();
-    centres.push_back(holder_from_mount * (places.mount_from_camera *
-                                           (s.own[0].camera_from_target * problem.scale.centre)));
+    const Vector3d in_camera =
+        std::exp(state.log_board_scale) * (s.own[0].camera_from_target * problem.scale.centre);
+    centres.push_back(holder_from_mount * (state.places.mount_from_camera * in_camera));
     mean += centres.back() / n;
   }
   double squares = 0;
@@ -78,17 +81,25 @@ void report_views(const HandeyeSights& sights, const HandeyeMinimum& minimum,
     squares += n * std::pow(answer.views.back().rms_px, 2);
   }
   answer.rms_px = std::sqrt(squares / answer.num_corners);
-  answer.board_spread_m = spread_m(sights.problem(), minimum.state.places);
+  answer.board_spread_m = spread_m(sights.problem(), minimum.state);
+}
+
+// The first views that were rejected.
+std::string names_of_rejected(const HandeyeSights& sights, const HandeyeEstimate& answer) {
+  constexpr std::size_t kNamed = 6;  // numeric: what is printed
+  std::string names;
+  for (std::size_t i = 0; i < std::min(kNamed, answer.rejected.size()); ++i)
+    names += (i > 0 ? ", " : "") + sights.image_of(answer.rejected[i]);
+  return answer.rejected.size() > kNamed ? names + ", .." : names;
 }
 
 void add_warnings(const HandeyeSights& sights, HandeyeEstimate& answer) {
   if (!answer.rejected.empty())
     add(answer.findings, code::view_rejected,
         fmt::format(
-            "the robot's poses of {} of {} views contradict the others by more than {} times the "
-            "median and are not used, the first is that of {}",
+            "the robot's poses of {} of {} views contradict the others and are not used: {}",
             answer.rejected.size(), answer.rejected.size() + answer.views.size(),
-            policy::kRobotOutlier, sights.image_of(answer.rejected.front())));
+            names_of_rejected(sights, answer)));
   if (answer.degrees_of_freedom < policy::kFewRobotFreedoms ||
       !can_show_reading(answer.views.size()))
     add(answer.findings, code::few_views,

@@ -4,12 +4,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "tagcal/estimate/policy/handeye_policy.hpp"
 #include "tagcal/estimate/rig/motion_start.hpp"
 #include "tagcal/random.hpp"
-#include "tagcal/solvers/numeric/statistics.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -58,8 +58,6 @@ std::optional<HandeyePlaces> places_by_translations(std::span<const HandeyePair>
   return HandeyePlaces{mount_from_camera, {nearest_rotation(of_board), board}};
 }
 
-double median_of(const HandeyeStart& start) { return median(start.disagreements_m); }
-
 std::optional<HandeyeStart> start_of_some(std::span<const HandeyePair> views,
                                           std::span<const std::size_t> chosen, CameraMount mount,
                                           const HandeyeScale& scale) {
@@ -70,25 +68,39 @@ std::optional<HandeyeStart> start_of_some(std::span<const HandeyePair> views,
   return start_at(found->places, views, mount, scale);
 }
 
-std::vector<std::size_t> agreeing(const HandeyeStart& start, const HandeyeScale& scale) {
-  constexpr double kExact = 1e-9;  // numeric: rounding
-  const double most = std::max(policy::kRobotOutlier * median_of(start), kExact * scale.distance_m);
-  std::vector<std::size_t> chosen;
-  for (std::size_t i = 0; i < start.disagreements_m.size(); ++i)
-    if (start.disagreements_m[i] <= most) chosen.push_back(i);
-  return chosen;
+// Places, and the views that agree best with them: half of all, and as many as the places have
+// poses (2). Those of the least squares withstand most wrong views (least trimmed squares;
+// Rousseeuw & Van Driessen, Data Min. Knowl. Discov. 12, 29 (2006)).
+struct AgreeingHalf {
+  HandeyePlaces places;
+  std::vector<std::size_t> views;
+  double squares = 0;  // of their disagreements
+};
+
+AgreeingHalf half_of(const HandeyeStart& start) {
+  const std::vector<double>& errors = start.disagreements_m;
+  AgreeingHalf half{start.places, std::vector<std::size_t>(errors.size())};
+  std::iota(half.views.begin(), half.views.end(), std::size_t{0});
+  std::ranges::stable_sort(half.views, {}, [&](std::size_t i) { return errors[i]; });
+  half.views.resize((errors.size() + 3) / 2);
+  std::ranges::sort(half.views);
+  for (const std::size_t i : half.views) half.squares += errors[i] * errors[i];
+  return half;
 }
 
-// All views agree: sampling would only take time.
-bool is_plain(const HandeyeStart& start, const HandeyeScale& scale) {
-  constexpr double kGood = 0.01;  // numeric: of the distance, wrong poses leave more
-  return median_of(start) < kGood * scale.distance_m &&
-         agreeing(start, scale).size() == start.disagreements_m.size();
+// The half of the views that agrees best with the places that a half determines: never worse than
+// this half itself ("concentration step").
+std::optional<AgreeingHalf> concentrated(const AgreeingHalf& half,
+                                         std::span<const HandeyePair> views, CameraMount mount,
+                                         const HandeyeScale& scale) {
+  const auto start = start_of_some(views, half.views, mount, scale);
+  return start ? std::optional(half_of(*start)) : std::nullopt;
 }
 
-// The better of a start and what triples give.
-HandeyeStart with_triples(HandeyeStart best, std::span<const HandeyePair> views, CameraMount mount,
-                          const HandeyeScale& scale) {
+// The best half from all views and from triples of them.
+AgreeingHalf best_half(const HandeyeStart& of_all, std::span<const HandeyePair> views,
+                       CameraMount mount, const HandeyeScale& scale) {
+  AgreeingHalf best = half_of(of_all);
   // With half of the views wrong, all of 60 triples have a wrong one with a probability of 3e-4.
   constexpr int kTriples = 60;
   Random random(0);
@@ -97,8 +109,15 @@ HandeyeStart with_triples(HandeyeStart best, std::span<const HandeyePair> views,
     for (std::size_t& i : triple) i = random.index(views.size());
     std::ranges::sort(triple);
     if (std::ranges::adjacent_find(triple) != triple.end()) continue;
-    auto found = start_of_some(views, triple, mount, scale);
-    if (found && median_of(*found) < median_of(best)) best = *std::move(found);
+    const auto start = start_of_some(views, triple, mount, scale);
+    auto half = start ? concentrated(half_of(*start), views, mount, scale) : std::nullopt;
+    if (half && half->squares < best.squares) best = *std::move(half);
+  }
+  constexpr int kRounds = 4;  // a limit of work
+  for (int i = 0; i < kRounds; ++i) {
+    auto next = concentrated(best, views, mount, scale);
+    if (!next || !(next->squares < best.squares)) break;
+    best = *std::move(next);
   }
   return best;
 }
@@ -126,24 +145,14 @@ std::optional<HandeyeStart> closed_form_places(std::span<const HandeyePair> view
 
 std::optional<RobustHandeyeStart> robust_places(std::span<const HandeyePair> views,
                                                 CameraMount mount, const HandeyeScale& scale) {
-  auto best = closed_form_places(views, mount, scale);
-  if (!best) return std::nullopt;
-  RobustHandeyeStart result{best->places, std::vector<std::uint8_t>(views.size(), 1)};
-  if (std::ssize(views) < policy::kFewestHandeyeMedian || is_plain(*best, scale)) return result;
-  *best = with_triples(*std::move(best), views, mount, scale);
-  constexpr int kRounds = 4;  // a limit of work
-  for (int i = 0; i < kRounds; ++i) {
-    const auto chosen = agreeing(*best, scale);
-    auto next = start_of_some(views, chosen, mount, scale);
-    if (!next || chosen == agreeing(*next, scale)) {
-      if (next) best = std::move(next);
-      break;
-    }
-    best = std::move(next);
-  }
-  result.places = best->places;
+  const auto of_all = closed_form_places(views, mount, scale);
+  if (!of_all) return std::nullopt;
+  RobustHandeyeStart result{of_all->places, std::vector<std::uint8_t>(views.size(), 1)};
+  if (std::ssize(views) < policy::kFewestConsensus) return result;
+  const AgreeingHalf half = best_half(*of_all, views, mount, scale);
+  result.places = half.places;
   std::ranges::fill(result.takes_part, 0);
-  for (const std::size_t i : agreeing(*best, scale)) result.takes_part[i] = 1;
+  for (const std::size_t i : half.views) result.takes_part[i] = 1;
   return result;
 }
 

@@ -26,8 +26,8 @@ struct HandeyeStart {
 std::optional<HandeyeStart> closed_form_places(std::span<const HandeyePair> views,
                                                CameraMount mount, const HandeyeScale& scale);
 
-// The same, robust: of all views and of triples the one of the least median disagreement, then of
-// the views within policy::kRobotOutlier medians. `takes_part` is by view.
+// The same, robust: of the half of the views that agrees best, which `takes_part` tells, by view.
+// Of fewer than policy::kFewestConsensus, all.
 struct RobustHandeyeStart {
   HandeyePlaces places;
   std::vector<std::uint8_t> takes_part;

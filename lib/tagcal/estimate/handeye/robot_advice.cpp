@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "tagcal/camera/camera.hpp"
+#include "tagcal/estimate/policy/handeye_policy.hpp"
 #include "tagcal/geometry/transform.hpp"
 #include "tagcal/geometry/viewpoint.hpp"
 #include "tagcal/internal/degrees.hpp"
@@ -116,10 +117,13 @@ std::optional<AdvisedRobotPose> advise_robot_pose(const HandeyeProblem& problem,
   std::optional<AdvisedRobotPose> best;
   double least = solved->covariance.topLeftCorner<6, 6>().determinant();
   for (const Pose& pose : camera_poses(problem.scale, side)) {
-    const Pose hand = base_from_hand(state.places, problem.mount, pose);
-    const auto one = seen_from(problem, pose);
+    const Pose hand = base_from_hand(state.places, problem.mount,
+                                     with_lengths(pose, std::exp(state.log_board_scale)));
+    auto one = seen_from(problem, pose);
     if (!one || !is_near(state, hand)) continue;
-    const auto view = HandeyeEquations::at(*one, {state.places, {hand}, state.time_offset_s});
+    one->board_scale_sigma = policy::kFreeScale;  // its prior counts once
+    const auto view = HandeyeEquations::at(
+        *one, {state.places, {hand}, state.time_offset_s, state.log_board_scale});
     const auto added = view ? view->solve(noise) : std::nullopt;
     if (!added) continue;
     const MatrixXd after = (information + added->covariance.inverse()).inverse();

@@ -74,7 +74,7 @@ std::string joined(const std::vector<std::string>& changes) {
 
 // The level of the disagreements: outlying views do not count if there are enough views to tell.
 double level_of(const HandeyeStart& start) {
-  if (std::ssize(start.disagreements_m) < policy::kFewestHandeyeMedian) return start.rms_m;
+  if (std::ssize(start.disagreements_m) < policy::kFewestConsensus) return start.rms_m;
   return median(start.disagreements_m);
 }
 
@@ -143,7 +143,7 @@ class Readings {
       if (i + shift >= 0 && i + shift < std::ssize(views_))
         views.push_back({views_[static_cast<std::size_t>(i)].camera_from_board,
                          views_[static_cast<std::size_t>(i + shift)].base_from_hand});
-    if (std::ssize(views) < policy::kFewestHandeyeMedian) return;
+    if (std::ssize(views) < policy::kFewestConsensus) return;
     const std::string change =
         fmt::format("each picture belongs to the pose of the picture {} {} it", std::abs(shift),
                     shift > 0 ? "after" : "before");

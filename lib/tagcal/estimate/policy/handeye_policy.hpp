@@ -16,12 +16,13 @@ inline constexpr double kPriorLogRobot = 2;
 // The places of camera and board, before any picture: standard deviation over the distance of the
 // board. Wide: it only keeps what nothing determines finite. Chosen by hand.
 inline constexpr double kPriorReach = 5;
+// The logarithm of the board's scale if the robot alone is to tell it: standard deviation. Wide: a
+// tag size that is measured with the border, or in another unit, differs by less. Chosen by hand.
+inline constexpr double kFreeScale = 0.3;
 
-// A robot pose whose disagreement with the pictures exceeds this many medians contradicts the
-// others, from kFewestHandeyeMedian views on. For three normal errors alike it is 7.7 standard
-// deviations. Chosen by hand.
-inline constexpr double kRobotOutlier = 5;
-inline constexpr int kFewestHandeyeMedian = 6;
+// Views from which on robot poses that contradict the others are rejected: of fewer, half and two
+// are no majority. Chosen by hand.
+inline constexpr int kFewestConsensus = 6;
 
 // Standard deviation of a translation, over the distance of the board, from which it is refused;
 // and of a rotation (rad). Chosen by hand: five of them are a wrong answer.

@@ -144,13 +144,11 @@ MatrixXd root_of(const MatrixXd& matrix, const MatrixXd& unit) {
          eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
 }
 
-// The standard deviation of the board's scale, which no picture shows: lengths of a print err
-// along x and y alike, so it is that of their difference (the prior's, and what was found) over
-// root 2. 0 for measured points and for several boards, whose places are measured.
-double sigma_of_scale(const RigState& state) {
+// 0 for measured points and for several boards, whose places are measured.
+double sigma_of_board(const RigState& state) {
   const Bundle& bundle = state.cameras.front();
   if (!bundle.board) return 0;
-  return std::hypot(bundle.board->prior_sigma[3], bundle.shape[3]) / std::sqrt(2.0);
+  return sigma_of_scale(bundle.board->prior_sigma[3], bundle.shape[3]);
 }
 
 }  // namespace
@@ -278,7 +276,7 @@ void add_scale(const RigState& state, const RigLayout& layout, double times, Mat
   for (std::size_t c = 0; c < state.cameras.size(); ++c)
     if (const auto at = layout.pose[c])
       by_scale.segment<3>(*at + 3) = state.poses.camera_from_rig[c].translation();
-  by_scale *= sigma_of_scale(state);
+  by_scale *= sigma_of_board(state);
   covariance += times * by_scale * by_scale.transpose();
 }
 
