@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "tagcal/estimate/bundle/observability.hpp"
+#include "tagcal/estimate/bundle/point_errors.hpp"
 #include "tagcal/estimate/bundle/profile_covariance.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/residual_test.hpp"
@@ -123,6 +124,22 @@ VectorXd Posterior::values() const {
   return x;
 }
 
+namespace {
+
+// Adds to the covariance of the parameters, and to that of the poses what follows.
+void add_to(BundleCovariance& covariance, const MatrixXd& of_parameters,
+            const BundleInformation& information) {
+  covariance.all += of_parameters;
+  const Index k = covariance.parameters.cols();
+  covariance.parameters = covariance.all.topLeftCorner(k, k);
+  for (std::size_t v = 0; v < covariance.poses.size(); ++v) {
+    const MatrixXd& by = information.views[v].pose_by_parameters;
+    covariance.poses[v] += by * of_parameters * by.transpose();
+  }
+}
+
+}  // namespace
+
 std::optional<Posterior> posterior_of(CalibrationFit fit, const CalibrateOptions& options) {
   Posterior posterior;
   posterior.noise = noise_of(fit, options);
@@ -131,6 +148,8 @@ std::optional<Posterior> posterior_of(CalibrationFit fit, const CalibrateOptions
   auto covariance = covariance_of(fit.bundle, *information, posterior.noise.sigma,
                                   overdispersion_of_neighbours(fit.bundle));
   if (!covariance) return std::nullopt;
+  const PointErrors points = point_errors(fit.bundle, *information, posterior.noise.sigma);
+  if (points.sigma_m > 0) add_to(*covariance, points.covariance, *information);
   posterior.information = std::move(*information);
   posterior.covariance = std::move(*covariance);
   posterior.fit = std::move(fit);
