@@ -53,7 +53,7 @@ std::string stratum(double value, std::initializer_list<double> bounds, const st
   return fmt::format("from {:g} {}", low, unit);
 }
 
-// What a world has besides what is drawn.
+// The fault of a world, beside its random parameters.
 struct Fault {
   RobotMistake mistake = RobotMistake::none;
   double board_scale = 1;

@@ -32,7 +32,7 @@ std::optional<Pose> hand_at(const RobotPath& path, double time_s);
 struct HandeyeOptions {
   CameraMount mount = CameraMount::hand;
   double sigma_px = 0;  // as PoseOptions
-  // What the board's lengths are known to (Substrate::print): the prior of its scale, which the
+  // The tolerance of the board's lengths (Substrate::print), the prior of its scale, which the
   // robot's motions measure. Views of poses alone have a board, too.
   Tolerance print = Material::paper;
   bool reject_outliers = true;  // views whose robot pose contradicts the others

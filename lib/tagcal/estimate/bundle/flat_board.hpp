@@ -28,8 +28,8 @@ using BoardShape = Eigen::Vector4d;
 
 // The standard deviation of the share by which a print is longer along y than along x.
 double sigma_of_print(const Tolerance& print);
-// That of a board's scale, which no picture shows: lengths of a print err along x and y alike, so
-// it is that of their difference (the prior's, and what was found) over root 2.
+// The standard deviation of a board's scale, which no picture shows. Lengths along x and along y
+// have equal errors: their difference (of the prior, and as found) over root 2.
 double sigma_of_scale(double sigma_of_print, double found_aspect = 0);
 
 // The flat board of a data set with one board.

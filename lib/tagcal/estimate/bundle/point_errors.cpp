@@ -2,11 +2,11 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
 
+#include "tagcal/estimate/bundle/shape_columns.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 
 namespace tagcal::internal {
@@ -76,14 +76,9 @@ std::optional<RowsByPoint> rows_of(const Bundle& bundle, std::size_t v, const Le
   if (m > 0) rows.own_prior.tail(m).setConstant(1 / (terms.sigma * terms.sigma));
   rows.by_parameters.leftCols(k) = r->by_parameters;
   if (!bundle.board) return rows;
-  ViewArrays flat(bundle.views[v]);
-  const BoardShapes shapes = bundle.board->shapes(flat.points());
-  for (Index i = 0; i < num_rows; ++i) {
-    const Eigen::Vector4d& of = shapes.of_points[static_cast<std::size_t>(i / 2)];
-    const auto by = rows.by_point.row(i);
-    rows.by_parameters.row(i).segment<3>(k) = by.dot(shapes.normal) * of.head<3>();
-    rows.by_parameters(i, k + 3) = by.dot(shapes.across) * of[3];
-  }
+  const ViewArrays flat(bundle.views[v]);
+  const BoardShapes shapes = bundle.board->shapes(flat.view().points);
+  set_shape_columns(shapes.view(), pose, r->by_pose, k, rows.by_parameters);
   return rows;
 }
 
@@ -103,8 +98,8 @@ struct PointSums {
         alone(MatrixXd::Zero(num_parameters, num_parameters)),
         freedom(-static_cast<double>(num_parameters)) {}
 
-  // What displacements of variance 1 add to the variance of B'Qr by their being the same in all
-  // views: the products of different views.
+  // The part of the variance of B'Qr, for displacements of variance 1, that comes from products of
+  // different views.
   MatrixXd common() const {
     MatrixXd sum = -MatrixXd(alone.selfadjointView<Eigen::Lower>());
     sum.noalias() += cross * cross.transpose();
@@ -157,30 +152,28 @@ double variance_of_displacements(const PointSums& sums, double absorbed) {
 
 }  // namespace
 
-PointErrors point_errors(const Bundle& bundle, const BundleInformation& information, double sigma) {
-  const Index n = bundle.num_parameters();
-  PointErrors errors{0, MatrixXd::Zero(n, n)};
+std::optional<MatrixXd> covariance_of_point_errors(const Bundle& bundle,
+                                                   const BundleInformation& information,
+                                                   double sigma) {
   const PointIndex points(bundle);
-  PointSums sums(points.size(), n);
+  PointSums sums(points.size(), bundle.num_parameters());
   const Lens lens = bundle.lens();
   for (std::size_t v = 0; v < bundle.views.size(); ++v) {
     const auto rows = rows_of(bundle, v, lens);
-    if (!rows || !sums.add(*rows, bundle.views[v], points)) return errors;
+    if (!rows || !sums.add(*rows, bundle.views[v], points)) return std::nullopt;
   }
   const auto inverse = exact_inverse(information.total(sigma));
-  if (!inverse) return errors;
+  if (!inverse) return std::nullopt;
   const double by_parameters = sums.cross.cwiseProduct(*inverse * sums.cross).sum();
   const double variance =
       variance_of_displacements(sums, sums.absorbed + by_parameters / (sigma * sigma));
-  if (!(variance > 0)) return errors;
-  errors.sigma_m = std::sqrt(variance);
+  if (!(variance > 0)) return std::nullopt;
   // In coordinates in which H is I.
   const MatrixXd root = Eigen::LLT<MatrixXd>(*inverse).matrixL();
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(root.transpose() * sums.common() * root);
   const MatrixXd axes = root * eigen.eigenvectors();
-  errors.covariance = variance / std::pow(sigma, 4) * axes *
-                      eigen.eigenvalues().cwiseMax(0).asDiagonal() * axes.transpose();
-  return errors;
+  return MatrixXd(variance / std::pow(sigma, 4) * axes *
+                  eigen.eigenvalues().cwiseMax(0).asDiagonal() * axes.transpose());
 }
 
 }  // namespace tagcal::internal

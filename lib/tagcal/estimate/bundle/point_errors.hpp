@@ -1,18 +1,16 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 
 #include "tagcal/estimate/bundle/covariance.hpp"
 
 namespace tagcal::internal {
 
-// Errors of the target's points that are the same in all views, so that more views do not average
-// them: of the print, and of corners that are found beside the ink's.
-struct PointErrors {
-  double sigma_m = 0;          // standard deviation along each axis; 0: none are seen
-  Eigen::MatrixXd covariance;  // what they add to that of the bundle's parameters
-};
-
+// The covariance that errors of the target's points add to that of a bundle's parameters. The
+// errors are the same in all views, so that more views do not average them: errors of the print,
+// and of corners that are found beside the ink's.
+//
 // With the displacements d of the points, each along three axes, D the residuals' Jacobian by them,
 // and Q the projection that takes out poses, row terms, lens and board, the residuals r of all
 // views have
@@ -25,7 +23,10 @@ struct PointErrors {
 //   tau^2 H^-1 (sum_v G_v sum_w G_w' - sum_v G_v G_v') H^-1 / sigma^4:
 // the products of different views, as the spread of the views has those of each alone (clusters in
 // two ways: Cameron, Gelbach & Miller, J. Bus. Econ. Stat. 29, 238 (2011)).
-// `sigma`: of the bundle's noise. None are seen if a view does not determine its pose.
-PointErrors point_errors(const Bundle& bundle, const BundleInformation& information, double sigma);
+// `sigma`: of the bundle's noise. No value if no displacements are seen, or if a view does not
+// determine its pose.
+std::optional<Eigen::MatrixXd> covariance_of_point_errors(const Bundle& bundle,
+                                                          const BundleInformation& information,
+                                                          double sigma);
 
 }  // namespace tagcal::internal

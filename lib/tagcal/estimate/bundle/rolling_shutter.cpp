@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "tagcal/estimate/bundle/observability.hpp"
+#include "tagcal/estimate/bundle/shape_columns.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/policy/shutter_policy.hpp"
 
@@ -46,18 +47,6 @@ struct Effects {
   double noise = 0;                                       // of a (whitened) coordinate
   double square = 0;  // of the residuals that neither effects nor the common field explain
 };
-
-// The columns by the shapes of the board.
-void add_shapes(const ViewShapes& shapes, const Pose& pose, const RowMajor6& by_pose,
-                MatrixXd& all) {
-  const Eigen::Vector3d normal = pose.rotation() * shapes.normal;
-  const Eigen::Vector3d across = pose.rotation() * shapes.across;
-  for (std::size_t i = 0; i < shapes.of_points.size(); ++i)
-    for (Index k = 0; k < kNumShapes; ++k)
-      all.block<2, 1>(static_cast<Index>(2 * i), kNumEffects + 2 * kNumTerms + k) =
-          shapes.of_points[i][k] * by_pose.middleRows<2>(static_cast<Index>(2 * i)).rightCols<3>() *
-          (k < 3 ? normal : across);
-}
 
 // Restricted log-likelihoods of the effects' sizes. A size is the standard deviation of the
 // displacement at the upper border (by rows) or the left one (by columns), over that of the noise.
@@ -150,7 +139,8 @@ class EffectLikelihood {
     if (solved.board) {
       const ViewArrays flat(solved.views[v]);
       const BoardShapes shapes = solved.board->shapes(flat.view().points);
-      add_shapes(shapes.view(), solved.camera_from_target[v], seen->by_pose, all);
+      set_shape_columns(shapes.view(), solved.camera_from_target[v], seen->by_pose,
+                        kNumEffects + 2 * kNumTerms, all);
     }
     all.rightCols<1>() = seen->residuals - size_.height / 2.0 * (all.leftCols<6>() * twists.start);
     const Matrix6 information = seen->by_pose.transpose() * seen->by_pose;

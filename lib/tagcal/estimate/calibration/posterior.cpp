@@ -148,8 +148,9 @@ std::optional<Posterior> posterior_of(CalibrationFit fit, const CalibrateOptions
   auto covariance = covariance_of(fit.bundle, *information, posterior.noise.sigma,
                                   overdispersion_of_neighbours(fit.bundle));
   if (!covariance) return std::nullopt;
-  const PointErrors points = point_errors(fit.bundle, *information, posterior.noise.sigma);
-  if (points.sigma_m > 0) add_to(*covariance, points.covariance, *information);
+  if (const auto of_points =
+          covariance_of_point_errors(fit.bundle, *information, posterior.noise.sigma))
+    add_to(*covariance, *of_points, *information);
   posterior.information = std::move(*information);
   posterior.covariance = std::move(*covariance);
   posterior.fit = std::move(fit);

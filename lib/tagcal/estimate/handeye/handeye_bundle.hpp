@@ -37,8 +37,8 @@ struct HandeyeState {
   HandeyePlaces places;
   std::vector<Pose> base_from_hand;  // by sight
   double time_offset_s = 0;
-  // Of the board: by the robot's lengths over those of its file, in which corners and own poses
-  // are.
+  // The board's lengths as the robot measures them, over those of its file; corners and own poses
+  // are in lengths of the file.
   double log_board_scale = 0;
 };
 

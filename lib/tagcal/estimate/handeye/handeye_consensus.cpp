@@ -98,14 +98,15 @@ class Consensus {
       if (score <= policy::kSignificant) agreeing.emplace_back(score, i);
     }
     std::ranges::sort(agreeing);
+    // At least one: the half of kFewestConsensus views has four.
     const auto most = static_cast<std::size_t>(std::ranges::count(takes_part_, 1)) / 4;
-    if (agreeing.size() > most) agreeing.resize(std::max<std::size_t>(1, most));
+    agreeing.resize(std::min(agreeing.size(), most));
     for (const auto& [score, view] : agreeing) takes_part_[view] = 1;
     return !agreeing.empty();
   }
 
-  // Rejects the first of the views of the largest errors that contradicts the bundle of the others,
-  // which becomes the minimum. False if there is none.
+  // Rejects the view of the largest errors that contradicts the bundle of the others. This bundle
+  // becomes the minimum. False if no view contradicts it.
   bool reject(HandeyeMinimum& minimum) {
     if (std::ranges::count(takes_part_, 1) < policy::kFewestConsensus) return false;
     constexpr std::size_t kTried = 3;  // a limit of work: errors by the bundle rank alike, nearly

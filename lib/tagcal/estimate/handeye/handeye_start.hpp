@@ -26,8 +26,8 @@ struct HandeyeStart {
 std::optional<HandeyeStart> closed_form_places(std::span<const HandeyePair> views,
                                                CameraMount mount, const HandeyeScale& scale);
 
-// The same, robust: of the half of the views that agrees best, which `takes_part` tells, by view.
-// Of fewer than policy::kFewestConsensus, all.
+// The same from the half of the views that agrees best, marked in `takes_part`. Fewer views than
+// policy::kFewestConsensus all take part.
 struct RobustHandeyeStart {
   HandeyePlaces places;
   std::vector<std::uint8_t> takes_part;
