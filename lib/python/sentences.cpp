@@ -16,6 +16,7 @@ struct Row {
 // that the arguments exist.
 constexpr std::array kRows = {
     Row{"--board-warp", "board_warp=True", false},
+    Row{"--fix", "fixed", false},
     Row{"--focal", "start_focal_px", false},
     Row{"--image-size", "tagcal convert --image-size", false},  // Python has none
     Row{"--keep-all", "reject_outliers=False", false},

@@ -73,13 +73,36 @@ TEST(Overrule, TheFocalLengthOfAFisheyeToo) {
   EXPECT_EQ(c.covariance.rows(), 6);
 }
 
-// A value that is wrong is the user's: it is held all the same.
-TEST(Overrule, AWrongValueIsHeld) {
+bool says_contradicted(const Calibration& c) {
+  return std::ranges::count(c.findings, "held_contradicted", &Finding::code) > 0;
+}
+
+// A value that is wrong is the user's: it is held all the same, and the answer says so.
+TEST(Overrule, AWrongValueIsHeldAndContradicted) {
   const Dataset world = make_world(opencv5_lens(), 14);
-  const Calibration c = calibrate(world, options_of("opencv5", {{"f", 950}}));
-  ASSERT_TRUE(c.camera.has_value());
-  EXPECT_EQ(parameters(c.camera->lens)[0], 950);
-  EXPECT_EQ(parameters(c.camera->lens)[1], 950);
+  for (const std::string model : {"opencv5", "auto"}) {
+    const Calibration wrong = calibrate(world, options_of(model, {{"f", 950}}));
+    ASSERT_TRUE(wrong.camera.has_value());
+    EXPECT_EQ(parameters(wrong.camera->lens)[0], 950);
+    EXPECT_EQ(parameters(wrong.camera->lens)[1], 950);
+    ASSERT_TRUE(says_contradicted(wrong)) << model;
+    EXPECT_NE(wrong.findings.front().sentence.find("fx 950 (without it "), std::string::npos);
+    EXPECT_FALSE(
+        says_contradicted(calibrate(world, options_of(model, {{"fx", 900}, {"fy", 898}}))));
+  }
+}
+
+// The rows of exact pictures are where they are, whatever lens is asked for: only effects of single
+// views beside a field of all views count as displaced rows.
+TEST(Overrule, ALensThatIsTooSmallDisplacesNoRows) {
+  const Dataset world = make_world(opencv5_lens(), 16, {.num_views = 12, .sigma_px = 0.01});
+  for (const CalibrateOptions& options :
+       {options_of("f"), options_of("pinhole"), options_of("radial1"), options_of("fisheye4"),
+        options_of("auto", {{"f", 897}}), options_of("auto", {{"cx", 300}})}) {
+    const Calibration c = calibrate(world, options);
+    EXPECT_EQ(c.row_sigma, 0) << c.model;
+    EXPECT_EQ(std::ranges::count(c.findings, "rows_displaced", &Finding::code), 0) << c.model;
+  }
 }
 
 TEST(Overrule, WhatCannotBeHeldIsAnError) {

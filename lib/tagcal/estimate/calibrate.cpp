@@ -133,6 +133,32 @@ void test_mirror_image(const Dataset& dataset, const CalibrateOptions& options,
   say_mirror_image_fits(result.findings);
 }
 
+// Says which held values the data contradict: a calibration without --fix gives others.
+void test_held_values(const Dataset& dataset, CalibrateOptions options, Calibration& result) {
+  if (options.fixed.empty() || !is_answer(result.status) || !result.claim) return;
+  options.fixed.clear();
+  const Calibration open = calibrate(dataset, options);
+  if (!is_answer(open.status) || !open.claim) return;
+  const std::span<const std::string_view> names = parameter_names(open.camera->lens);
+  std::vector<std::string> contradicted;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const auto held = result.fixed.find(std::string(names[i]));
+    const double value = parameters(open.camera->lens)[i], sigma = open.sigmas[i];
+    if (held == result.fixed.end() ||
+        !(std::abs(held->second - value) > policy::kSignificant * sigma))
+      continue;
+    contradicted.push_back(held->first + " " + short_number(held->second) + " (without it " +
+                           with_sigma(value, sigma) + ")");
+  }
+  if (contradicted.empty()) return;
+  const Finding found =
+      finding(code::held_contradicted,
+              "the corners contradict what --fix holds: " + listed(contradicted) +
+                  "; other parameters take up the error, which no standard deviation includes: "
+                  "check the values, or leave them out");
+  result.findings.insert(result.findings.begin(), found);
+}
+
 }  // namespace
 
 void check_options(const CalibrateOptions& options) {
@@ -166,6 +192,7 @@ Calibration calibrate(const Dataset& dataset, const CalibrateOptions& options) {
         dataset, options.times_s, std::move(result),
         [&](const Dataset& still) { return calibrate_dataset(still, options); });
   test_mirror_image(dataset, options, result);
+  test_held_values(dataset, options, result);
   result.seconds.total = stopwatch.seconds();
   return result;
 }

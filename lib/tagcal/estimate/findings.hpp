@@ -84,6 +84,7 @@ inline constexpr FindingCode board_scale{"board_scale", Severity::warning};
 
 // The model.
 inline constexpr FindingCode model_too_small{"model_too_small", Severity::warning};
+inline constexpr FindingCode held_contradicted{"held_contradicted", Severity::warning};
 inline constexpr FindingCode other_lens{"other_lens", Severity::warning};
 inline constexpr FindingCode perspective_seen{"perspective_seen", Severity::warning};
 inline constexpr FindingCode residuals_biased{"residuals_biased", Severity::warning};

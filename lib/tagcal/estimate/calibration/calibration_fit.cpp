@@ -169,6 +169,7 @@ void add_row_terms(BundleState& state, const CalibrationInput& input,
   if (!(row_sigma > 0)) return;
   const double of_velocities =
       rolling_sigma_of(bundle, options.max_iterations, options.num_threads);
+  if (!(of_velocities > 0) && !shows_rows(bundle)) return;
   if (of_velocities > 0) bundle.rolling_m = median_distance_m(bundle);
   for (int round = 0; round < kRowRounds && !bundle.views.empty(); ++round) {
     if (!bundle.is_rolling() && row_sigma <= bundle.row_sigma) break;
