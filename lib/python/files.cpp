@@ -138,7 +138,8 @@ void bind_picture_files(py::module_& m) {
              "Odd and even rows were taken at different times.")
       .field("is_uneven", &ImageSequence::is_uneven,
              "Frames do not follow one another at equal times.")
-      .field("is_cut_off", &ImageSequence::is_cut_off, "A bag that ends within a record.");
+      .field("is_cut_off", &ImageSequence::is_cut_off,
+             "The file ends within a frame; those until there are read.");
   m.def("read_sequence", &read_sequence, py::arg("file"), py::call_guard<py::gil_scoped_release>(),
         "The size and the times of the frames of a video (MP4, MOV, AVI, Matroska, WebM, MJPEG) or "
         "of a bag's topic (\"a.bag:/topic\", .mcap, .db3). Frame 123 is the picture "

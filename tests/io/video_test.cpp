@@ -107,13 +107,24 @@ TEST_F(VideoFile, IsTurnedAsAPhoneSays) {
 }
 
 TEST_F(VideoFile, OneThatIsCutOffHasTheFramesUntilThere) {
-  const fs::path file = encoded("clip.avi", "-c:v ffv1 -pix_fmt gray");
-  fs::resize_file(file, fs::file_size(file) / 2);
-  const ImageSequence video = read_sequence(file);
-  EXPECT_GT(video.times_s.size(), 2U);
-  EXPECT_LT(video.times_s.size(), 15U);
-  EXPECT_TRUE(are_equal(read_image(frame_path(file, 2)), frames_[2]));
-  EXPECT_THROW(read_image(frame_path(file, 19)), Error);
+  const std::pair<std::string, std::string> kinds[] = {
+      {"clip.avi", "-c:v ffv1 -pix_fmt gray"},
+      {"clip.mkv", "-c:v ffv1 -pix_fmt gray"},
+      {"clip.mp4", "-c:v mjpeg -q:v 1 -movflags +faststart"}};
+  for (const auto& [name, options] : kinds) {
+    SCOPED_TRACE(name);
+    const fs::path file = encoded(name, options);
+    EXPECT_FALSE(read_sequence(file).is_cut_off);
+    const fs::path cut = folder_ / ("cut_" + name);
+    fs::copy_file(file, cut);
+    fs::resize_file(cut, fs::file_size(cut) / 2);
+    const ImageSequence video = read_sequence(cut);
+    EXPECT_TRUE(video.is_cut_off);
+    EXPECT_GT(video.times_s.size(), 2U);
+    EXPECT_LT(video.times_s.size(), 15U);
+    EXPECT_EQ(read_image(frame_path(cut, 2)).size(), frames_[2].size());
+    EXPECT_THROW(read_image(frame_path(cut, 19)), Error);
+  }
 }
 
 TEST_F(VideoFile, CutsAndDamageThrowOrGiveFrames) {

@@ -111,7 +111,7 @@ struct ImageSequence {
   double start_s = 0;
   bool is_interlaced = false;  // odd and even rows were taken at different times
   bool is_uneven = false;      // frames do not follow one another at equal times
-  bool is_cut_off = false;     // the bag ends within a record: the frames until there
+  bool is_cut_off = false;     // the file ends within a frame: those until there
 };
 
 }  // namespace tagcal

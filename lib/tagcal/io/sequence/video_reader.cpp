@@ -107,6 +107,10 @@ bool VideoReader::read_packet() {
   for (;;) {
     av.av_packet_unref(packet_.get());
     if (av.av_read_frame(format_.get(), packet_.get()) < 0) return false;
+    is_damaged_ |= (packet_->flags & AV_PKT_FLAG_CORRUPT) != 0;
+    if (packet_->pts != AV_NOPTS_VALUE)
+      end_s_ = std::max(end_s_, static_cast<double>(packet_->pts + packet_->duration) *
+                                    av_q2d(format_->streams[packet_->stream_index]->time_base));
     if (packet_->stream_index == stream_) return true;
   }
 }
@@ -127,7 +131,19 @@ void VideoReader::survey() {
     times.push_back(packet_->pts);
   }
   if (times.empty()) throw Error("has no frames: it is cut off or encrypted");
+  about_.is_cut_off = is_cut_off();
   set_times(seconds_of(times, stream));
+}
+
+// After all packets: the last one is incomplete, or all streams end before the time that the header
+// says (Matroska has no other sign).
+bool VideoReader::is_cut_off() const {
+  constexpr double kSameEndS = 0.5;  // numeric: durations are rounded, and sound has its own end
+  const bool is_stated = format_->duration_estimation_method == AVFMT_DURATION_FROM_STREAM &&
+                         format_->duration != AV_NOPTS_VALUE;
+  const std::int64_t start = format_->start_time == AV_NOPTS_VALUE ? 0 : format_->start_time;
+  const double stated_end_s = static_cast<double>(start + format_->duration) / AV_TIME_BASE;
+  return is_damaged_ || (is_stated && end_s_ + kSameEndS < stated_end_s);
 }
 
 // Decodes one more frame into last_. Returns false at the end.

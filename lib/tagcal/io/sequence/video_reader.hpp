@@ -33,6 +33,7 @@ class VideoReader : public FrameSequence {
   void open();
   void survey();
   bool read_packet();
+  bool is_cut_off() const;
   bool decode_next();
   const AVFrame& decoded(std::size_t frame);
   template <typename T>
@@ -45,6 +46,8 @@ class VideoReader : public FrameSequence {
   Owned<AVCodecContext> codec_;
   Owned<AVPacket> packet_;
   int stream_ = 0;
+  bool is_damaged_ = false;  // a packet is
+  double end_s_ = 0;         // of the packets that were read, of all streams
   std::size_t num_decoded_ = 0;
   std::deque<Owned<AVFrame>> last_;  // the last ones of those: other threads may still want them
 };
