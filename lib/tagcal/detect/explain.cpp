@@ -261,6 +261,41 @@ std::vector<TargetMistake> missing_rows(const std::vector<ImageSource>& images,
   return mistakes;
 }
 
+// The mistakes that each of some pictures shows.
+std::vector<std::vector<TargetMistake>> mistakes_in(const std::vector<std::size_t>& probes,
+                                                    const std::vector<ImageSource>& images,
+                                                    const std::vector<PlacedBoard>& boards,
+                                                    const DetectOptions& options) {
+  std::vector<std::vector<TargetMistake>> shown(probes.size());
+  parallel_for(probes.size(), options.threads, [&](std::size_t i) {
+    const Image8 image = images[probes[i]].load();
+    const PictureWithoutMosaic picture(image);
+    Explainer explainer(picture.pixels, boards);
+    explainer.run();
+    shown[i] = explainer.mistakes();
+  });
+  return shown;
+}
+
+// All corners of a ChArUco board are found with markers of another size as well, but not as
+// exactly: one picture, the most complete, tells.
+std::vector<TargetMistake> wrong_marker_size(const std::vector<ImageSource>& images,
+                                             const std::vector<DetectedPicture>& found,
+                                             const std::vector<PlacedBoard>& boards,
+                                             const DetectOptions& options) {
+  const bool has_markers = std::ranges::any_of(boards, [](const PlacedBoard& placed) {
+    return std::holds_alternative<Charuco>(placed.board.pattern);
+  });
+  const auto best = std::ranges::max_element(
+      found, {}, [](const DetectedPicture& picture) { return picture.view.observations.size(); });
+  if (!has_markers || best == found.end()) return {};
+  const auto probe = static_cast<std::size_t>(best - found.begin());
+  std::vector<TargetMistake> mistakes = mistakes_in({probe}, images, boards, options).front();
+  std::erase_if(mistakes,
+                [](const TargetMistake& mistake) { return mistake.name != kWrongMarkerSize; });
+  return mistakes;
+}
+
 }  // namespace
 
 Explanation explain(const ImageView8& image, const std::vector<PlacedBoard>& boards) {
@@ -274,17 +309,11 @@ std::vector<TargetMistake> target_mistakes(const std::vector<ImageSource>& image
   std::vector<std::size_t> suspicious;
   for (std::size_t i = 0; i < found.size(); ++i)
     if (is_suspicious(found[i], boards)) suspicious.push_back(i);
-  if (2 * suspicious.size() <= found.size()) return missing_rows(images, found, boards);
-  const std::vector<std::size_t> probes = evenly_spread(suspicious, kProbes);
-  std::vector<std::vector<TargetMistake>> shown(probes.size());
-  parallel_for(probes.size(), options.threads, [&](std::size_t i) {
-    const Image8 image = images[probes[i]].load();
-    const PictureWithoutMosaic picture(image);
-    Explainer explainer(picture.pixels, boards);
-    explainer.run();
-    shown[i] = explainer.mistakes();
-  });
-  std::vector<TargetMistake> common = common_mistakes(shown);
+  std::vector<TargetMistake> common =
+      2 * suspicious.size() > found.size()
+          ? common_mistakes(
+                mistakes_in(evenly_spread(suspicious, kProbes), images, boards, options))
+          : wrong_marker_size(images, found, boards, options);
   return common.empty() ? missing_rows(images, found, boards) : common;
 }
 

@@ -38,7 +38,8 @@ struct Explanation {
 Explanation explain(const ImageView8& image, const std::vector<PlacedBoard>& boards);
 
 // Mistakes of the target file that most of the pictures show, as detect_all() answered them. If
-// more than half of them show little of the boards, or tags at other places, a few are explained.
+// more than half of them show little of the boards, or tags at other places, a few are explained;
+// one, if the board has markers in its squares.
 std::vector<TargetMistake> target_mistakes(const std::vector<ImageSource>& images,
                                            const std::vector<DetectedPicture>& found,
                                            const std::vector<PlacedBoard>& boards,

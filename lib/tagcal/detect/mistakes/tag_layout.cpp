@@ -210,7 +210,7 @@ std::vector<TargetMistake> charuco_mistakes(const Charuco& board, const SeenQuad
   }
   const double share = 1 / own.scale, stated = board.marker_size / board.square_size;
   if (std::abs(share - stated) < policy::kMarkerShareTolerance) return {};
-  return {{"wrong marker size",
+  return {{kWrongMarkerSize,
            fmt::format("a marker is {:.2f} of a square in the picture, {:.2f} in the target file; "
                        "if squareSize is right, write markerSize: {:.3g}",
                        share, stated, share * board.square_size),

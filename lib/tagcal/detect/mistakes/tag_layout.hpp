@@ -11,6 +11,9 @@
 // Private to detect.
 namespace tagcal::internal {
 
+// The name of the only mistake of a ChArUco board with which all corners are found.
+inline constexpr const char* kWrongMarkerSize = "wrong marker size";
+
 using SeenQuads = std::map<int, Quad>;  // tags of a picture by id
 
 // The tags of a view's corners; those with fewer than four corners are left out.
