@@ -8,6 +8,8 @@
 namespace tagcal::tools {
 namespace {
 
+using std::string_literals::operator""s;
+
 class CliSets : public Cli {
  protected:
   static std::string detect(const std::string& inputs) {
@@ -118,6 +120,31 @@ TEST_F(CliSets, PicturesOfAnotherSizeAreNamedByTheMajority) {
                    {"000.png is 400x640 (turned by 90 degrees), ", "zzz.png is 64x48",
                     "5 of 7 pictures are 640x400", "--exclude"});
   EXPECT_EQ(run(detect(path("mixed") + " --exclude 000.png --exclude zzz.png")).exit_code, 0);
+}
+
+// A JPEG whose Exif tag says how it is turned.
+void write_turned(const fs::path& file, const Picture& picture, char orientation) {
+  write_picture(file, picture);
+  const std::string tag =
+      "Exif\0\0MM\0*\0\0\0\10\0\1\1\22\0\3\0\0\0\1\0"s + orientation + "\0\0\0\0\0\0"s;
+  const std::string bytes = slurp(file);
+  const std::string segment = "\xff\xe1\0"s + static_cast<char>(tag.size() + 2) + tag;
+  spill(file, bytes.substr(0, 2) + segment + bytes.substr(2));
+}
+
+TEST_F(CliSets, PicturesThatTheCameraTurnedByOtherAngles) {
+  const fs::path folder = photos("turns");
+  const Picture picture = read_picture(folder / "001.png");
+  write_turned(folder / "same.jpg", picture, 1);
+  EXPECT_FALSE(has(run(detect(path("turns"))).err, "Exif")) << "all of them upright";
+  write_turned(folder / "upside_down.jpg", picture, 3);
+  const Outcome outcome = run(detect(path("turns")));
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_TRUE(has(outcome.err, "upside_down.jpg: its Exif orientation is 3, as that of 1 of 8"))
+      << outcome.err;
+  write_turned(folder / "upside_down.jpg", picture, 6);
+  expect_bad_input(detect(path("turns")),
+                   {"upside_down.jpg is 400x640 (turned by 90 degrees), ", "Exif orientation"});
 }
 
 TEST_F(CliSets, TheCornerCacheChangesNoAnswer) {

@@ -174,6 +174,25 @@ TEST_F(CliStreams, AResultThatCannotBePrintedIsAnError) {
           << command << " " << redirection;
 }
 
+// Notes about one input are no second line beside the error of another.
+TEST_F(CliStreams, NotesWaitUntilAllInputsAreRead) {
+  const std::string camera =
+      "%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\n"
+      "camera_matrix: !!opencv-matrix {rows: 3, cols: 3, dt: d, data: [500, 0, 320, 0, 500, 240, "
+      "0, 0, 1]}\n"
+      "distortion_coefficients: !!opencv-matrix {rows: 1, cols: 14, dt: d, data: [0, 0, 0, 0, 0, "
+      "0, 0, 0, 0, 0, 0, 0, 0, 0]}\n";
+  spill(root() / "prisms.yml", camera);
+  const Outcome same = run("diff " + path("prisms.yml") + " " + path("prisms.yml"));
+  EXPECT_EQ(same.exit_code, 0);
+  EXPECT_EQ(same.err,
+            path("prisms.yml") + ": dropped: 6 coefficients of thin prism and tilt, which are 0\n");
+  expect_bad_input("diff " + path("prisms.yml") + " " + path("nothing.yml"), {"nothing.yml"});
+  expect_bad_input("pose --camera " + path("prisms.yml") + " --target " + path("set/target.yaml") +
+                       " " + path("nothing.png"),
+                   {"nothing.png"});
+}
+
 // It is no signal, which would leave temporary folders.
 TEST_F(CliStreams, APipeThatNobodyReadsIsAnError) {
   int ends[2];

@@ -165,8 +165,8 @@ int convert_corners(const Arguments& arguments) {
                             arguments.out));
   check_text_writable(arguments.out);
   const std::vector<std::string> dropped = write_corners(arguments.out, views, boards, format);
-  print_notes(arguments.in, notes);
-  print_notes(arguments.out, dropped);
+  hold_notes(arguments.in, notes);
+  hold_notes(arguments.out, dropped);
   say_wrote(arguments.out,
             fmt::format("{}, {}, {}", format, counted(views.size(), "view"),
                         counted(static_cast<std::size_t>(num_corners(views)), "corner")));
@@ -224,8 +224,8 @@ int run(const Arguments& arguments) {
     file.frame_of_poses = "target";
   }
   const std::vector<std::string> notes = write_camera_file(arguments.out, file, format.name);
-  print_notes(arguments.in, file.notes);
-  print_notes(arguments.out, notes);
+  hold_notes(arguments.in, file.notes);
+  hold_notes(arguments.out, notes);
   say_converted(arguments.out, file, format, notes);
   return kAnswer;
 }

@@ -227,7 +227,7 @@ std::optional<ComparedRig> rig_of_argument(const std::string& file_and_name) {
   if (!std::filesystem::exists(file_and_name, error)) return std::nullopt;
   const CameraFile file = read_camera_file(file_and_name);
   if (file.cameras.size() < 2) return std::nullopt;
-  print_notes(file_and_name, file.notes);
+  hold_notes(file_and_name, file.notes);
   return compared_rig(file_and_name, file);
 }
 

@@ -43,7 +43,6 @@ int run(const Arguments& arguments) {
   check_out(arguments);
   const HistoryInput input = read_history(arguments.cameras, arguments.key, arguments.values);
   const CameraHistory history = history_of(input);
-  for (const std::string& note : input.notes) print_to_stderr("{}\n", note);
   const std::string json = json_text(history_json(history, input));
   if (const fs::path out = arguments.out; !out.empty()) {
     write_whole(out, out.extension() == ".csv" ? history_csv(input) : json);

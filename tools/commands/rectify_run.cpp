@@ -90,7 +90,7 @@ class RectifyRun {
 
   void read_rig() {
     const CameraFile file = read_camera_file(arguments_.camera);
-    print_notes(arguments_.camera, file.notes);
+    hold_notes(arguments_.camera, file.notes);
     rig_ = known_rig(file, arguments_.camera);
   }
 

@@ -83,7 +83,7 @@ std::vector<ViewCorrespondences> seen_at(const Instant& instant, const RigDatase
 }
 
 KnownRig rig_of(const RigDataset& data, const CameraFile& file, const std::string& name) {
-  print_notes(name, file.notes);
+  hold_notes(name, file.notes);
   const KnownRig all = known_rig(file, name);
   std::vector<std::size_t> cameras;
   std::string names;

@@ -113,7 +113,7 @@ int run(const Arguments& arguments) {
   check_text_writable(arguments.out);
   check_replaces_nothing({arguments.out}, {arguments.camera, arguments.points});
   const CameraFile file = read_camera_file(arguments.camera);
-  print_notes(arguments.camera, file.notes);
+  hold_notes(arguments.camera, file.notes);
   const KnownRig rig = known_rig(file, arguments.camera);
   const PointTable table = PointTable::read(arguments.points);
   std::string text = kHeader;

@@ -7,23 +7,15 @@
 
 namespace tagcal::tools {
 
-CalibrationFile read_camera(const std::string& file_and_name, std::vector<std::string>& notes) {
+CalibrationFile read_camera(const std::string& file_and_name) {
   const CameraFile file = read_one_camera(file_and_name);
   CalibrationFile camera = usable_camera(file, file_and_name);
-  for (const std::string& note : file.notes)
-    notes.push_back(fmt::format("{}: {}", file_and_name, note));
+  hold_notes(file_and_name, file.notes);
   return camera;
 }
 
-CalibrationFile read_camera(const std::string& file_and_name) {
-  std::vector<std::string> notes;
-  CalibrationFile camera = read_camera(file_and_name, notes);
-  for (const std::string& note : notes) print_to_stderr("{}\n", note);
-  return camera;
-}
-
-void print_notes(const std::string& name, const std::vector<std::string>& notes) {
-  for (const std::string& note : notes) print_to_stderr("{}: {}\n", name, note);
+void hold_notes(const std::string& name, const std::vector<std::string>& notes) {
+  for (const std::string& note : notes) hold_note(fmt::format("{}: {}", name, note));
 }
 
 }  // namespace tagcal::tools

@@ -34,6 +34,7 @@ std::string one_line(std::string text) {
 }
 
 int report(const std::string& message) {
+  drop_notes();
   print_to_stderr("tagcal: {}\n", one_line(message));
   return kBadInput;
 }
@@ -242,6 +243,7 @@ void add_program_help(CLI::App& app, const ProgramText& program) {
 int run_in_json(const Command& command) {
   begin_record();
   const int code = command.run();
+  release_notes();
   nlohmann::ordered_json files = nlohmann::ordered_json::array();
   for (const auto& [file, content] : record().files)
     files.push_back({{"file", file}, {"content", content}});
@@ -279,7 +281,9 @@ int run_command_line(int argc, char** argv, const CommandTable& table, const Pro
     refuse_missing_values(argc, argv);
     app.parse(argc, argv);
     set_quiet(quiet);
-    return json ? run_in_json(*chosen(commands)) : chosen(commands)->run();
+    const int code = json ? run_in_json(*chosen(commands)) : chosen(commands)->run();
+    release_notes();
+    return code;
   } catch (const CLI::Success& help_or_version) {
     if (chosen(commands) == nullptr && !app.remaining().empty())  // "help calibrat"
       return report(usage_error(CLI::ExtrasError(app.remaining()), app, commands));

@@ -98,18 +98,17 @@ Input read_pictures(const InputArguments& arguments) {
     input.texts.emplace_back(arguments.target);
     input.dataset.boards.push_back({read_board(arguments, input), {}});
   }
-  std::vector<std::string> notes;
   std::vector<fs::path> files =
-      picture_files(arguments.inputs, frame_choice(arguments.frames), &notes, &input.frames);
-  for (const std::string& note : notes) print_note("{}\n", note);
+      picture_files(arguments.inputs, frame_choice(arguments.frames), &input.frames);
   Exclusion exclusion(arguments.excluded);
   std::erase_if(files, [&](const fs::path& file) { return exclusion.excludes(file); });
   if (files.empty()) throw Error("--exclude: leaves no picture");
   warn_of_unused(exclusion, input.warnings);
-  std::vector<ImageSize> sizes;
-  const std::vector<std::string> unreadable = remove_unreadable(files, sizes);
+  std::vector<ImageHeader> headers;
+  const std::vector<std::string> unreadable = remove_unreadable(files, headers);
   leave_out(unreadable, arguments.strict, files.empty(), input.warnings);
-  input.dataset.image_size = common_size(files, sizes);
+  input.dataset.image_size = common_size(files, headers);
+  warn_of_turns(files, headers, input.warnings);
   input.sized_by = files.front().string();
   set_images(files, input);
   return input;

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 
@@ -23,6 +24,11 @@ std::optional<Record>& record_now() {
   return record;
 }
 
+std::vector<std::string>& held_notes() {
+  static std::vector<std::string> notes;
+  return notes;
+}
+
 }  // namespace
 
 std::FILE* message_stream() {
@@ -36,7 +42,19 @@ bool is_quiet() { return quiet_now(); }
 void begin_record() { record_now().emplace(); }
 const Record& record() { return *record_now(); }
 
+void hold_note(std::string note) {
+  std::vector<std::string>& notes = held_notes();
+  if (std::ranges::find(notes, note) == notes.end()) notes.push_back(std::move(note));
+}
+
+void drop_notes() { held_notes().clear(); }
+
+void release_notes() {
+  for (const std::string& note : std::exchange(held_notes(), {})) write_message(note + "\n");
+}
+
 void write_message(std::string_view text) {
+  release_notes();
   if (record_now()) record_now()->messages.emplace_back(trimmed(text, "\n"));
   const std::optional<std::size_t> columns = columns_of_stream(STDERR_FILENO);
   const std::string plain = without_controls(columns ? fitted(text, *columns) : text);
@@ -44,6 +62,7 @@ void write_message(std::string_view text) {
 }
 
 void print_result(const std::string& result) {
+  release_notes();
   const std::string text = isatty(STDOUT_FILENO) == 1 ? without_controls(result) : result;
   const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size();
   if (!written || std::fflush(stdout) != 0)

@@ -45,6 +45,12 @@ void print_note(fmt::format_string<Args...> format, Args&&... args) {
   if (!is_quiet()) print_to_stderr(format, std::forward<Args>(args)...);
 }
 
+// Keeps what reading an input changed or left out until the command writes anything else, or ends.
+// Of inputs beside one that is refused nothing is said: bad input is one line.
+void hold_note(std::string note);
+void release_notes();
+void drop_notes();
+
 // Writes a result to stdout, to a terminal without control characters; throws Error if it cannot be
 // written.
 void print_result(const std::string& result);

@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "job/frame_walk.hpp"
+#include "job/messages.hpp"
 #include "job/number_argument.hpp"
 #include "job/piped_video.hpp"
 #include "tagcal/error.hpp"
@@ -131,7 +132,6 @@ std::vector<std::size_t> chosen_frames(const fs::path& file, std::size_t num_fra
 
 // Videos and bags replaced by the frames of them that are chosen.
 std::vector<fs::path> with_frames(const std::vector<fs::path>& files, const FrameChoice& choice,
-                                  std::vector<std::string>* notes,
                                   std::optional<FrameTally>* tally) {
   const bool has_pictures = std::ranges::any_of(files, is_picture_name);
   std::vector<fs::path> all;
@@ -145,18 +145,18 @@ std::vector<fs::path> with_frames(const std::vector<fs::path>& files, const Fram
     for (const std::size_t i : chosen) all.push_back(frame_path(file, i));
     if (tally && choice.is_auto() && files.size() == 1)
       *tally = FrameTally{.all = sequence.times_s.size(), .looked_at = chosen.size()};
-    if (!notes) continue;
+    if (is_quiet()) continue;
     if (chosen.size() < sequence.times_s.size())
-      notes->push_back(fmt::format("{}: {} of {} frames are taken (--frames)", file.string(),
-                                   chosen.size(), sequence.times_s.size()));
+      hold_note(fmt::format("{}: {} of {} frames are taken (--frames)", file.string(),
+                            chosen.size(), sequence.times_s.size()));
     if (sequence.is_interlaced)
-      notes->push_back(
+      hold_note(
           fmt::format("{}: is interlaced, its odd and even rows are of different "
                       "times: hold the board still, or record progressively",
                       file.string()));
     if (sequence.is_cut_off)
-      notes->push_back(fmt::format("{}: is cut off or damaged: the frames until there are taken",
-                                   file.string()));
+      hold_note(fmt::format("{}: is cut off or damaged: the frames until there are taken",
+                            file.string()));
   }
   return all;
 }
@@ -170,6 +170,16 @@ std::string odd_text(const fs::path& file, const ImageSize& size, const ImageSiz
   const bool turned = size.width == common.height && size.height == common.width;
   return fmt::format("{} is {}{}", file.string(), size_text(size),
                      turned ? " (turned by 90 degrees)" : "");
+}
+
+constexpr std::string_view kSameTurn =
+    "write the same Exif orientation into all of them (exiftool -n -Orientation=1)";
+
+// The first picture that is turned otherwise than the first of all.
+std::optional<std::size_t> other_turn(const std::vector<ImageHeader>& headers) {
+  for (std::size_t i = 0; i < headers.size(); ++i)
+    if (headers[i].orientation != headers.front().orientation) return i;
+  return std::nullopt;
 }
 
 }  // namespace
@@ -218,8 +228,7 @@ std::string picture_name(const fs::path& file) {
 }
 
 std::vector<fs::path> picture_files(const std::vector<std::string>& arguments,
-                                    const FrameChoice& frames, std::vector<std::string>* notes,
-                                    std::optional<FrameTally>* tally) {
+                                    const FrameChoice& frames, std::optional<FrameTally>* tally) {
   std::vector<fs::path> files;
   for (const std::string& argument : arguments) {
     const bool is_list = argument.starts_with('@') && !fs::exists(argument);
@@ -227,7 +236,7 @@ std::vector<fs::path> picture_files(const std::vector<std::string>& arguments,
         is_list ? files_of_list(argument.substr(1)) : files_of(argument);
     files.insert(files.end(), more.begin(), more.end());
   }
-  files = with_frames(files, frames, notes, tally);
+  files = with_frames(files, frames, tally);
   std::set<fs::path> seen;
   for (const fs::path& file : files)
     if (!seen.insert(file.lexically_normal()).second)
@@ -261,13 +270,13 @@ std::vector<std::string> Exclusion::unused() const {
 }
 
 std::vector<std::string> remove_unreadable(std::vector<fs::path>& files,
-                                           std::vector<ImageSize>& sizes) {
+                                           std::vector<ImageHeader>& headers) {
   std::vector<std::string> messages;
   std::vector<fs::path> readable;
-  sizes.clear();
+  headers.clear();
   for (const fs::path& file : files) {
     try {
-      sizes.push_back(read_image_size(file));
+      headers.push_back(read_image_header(file));
       readable.push_back(file);
     } catch (const Error& error) {
       messages.emplace_back(error.what());
@@ -277,27 +286,42 @@ std::vector<std::string> remove_unreadable(std::vector<fs::path>& files,
   return messages;
 }
 
-ImageSize common_size(const std::vector<fs::path>& files, const std::vector<ImageSize>& sizes) {
+ImageSize common_size(const std::vector<fs::path>& files, const std::vector<ImageHeader>& headers) {
   ImageSize common;
   std::ptrdiff_t most = 0;
-  for (const ImageSize& size : sizes)
-    if (const auto count = std::ranges::count(sizes, size); count > most) {
+  for (const ImageHeader& header : headers)
+    if (const auto count = std::ranges::count(headers, header.size, &ImageHeader::size);
+        count > most) {
       most = count;
-      common = size;
-      if (2 * static_cast<std::size_t>(count) > sizes.size()) break;
+      common = header.size;
+      if (2 * static_cast<std::size_t>(count) > headers.size()) break;
     }
   std::vector<std::string> odd;
   for (std::size_t i = 0; i < files.size(); ++i)
-    if (sizes[i] != common) odd.push_back(odd_text(files[i], sizes[i], common));
+    if (headers[i].size != common) odd.push_back(odd_text(files[i], headers[i].size, common));
   if (odd.empty()) return common;
   std::string names;
   for (std::size_t i = 0; i < std::min(odd.size(), kMostNamed); ++i)
     names += (i == 0 ? "" : ", ") + odd[i];
   if (odd.size() > kMostNamed) names += fmt::format(", and {} more", odd.size() - kMostNamed);
   throw Error(fmt::format(
-      "{}, but {} of {} pictures are {}: one camera has one image size; leave the others out with "
-      "--exclude",
-      names, most, sizes.size(), size_text(common)));
+      "{}, but {} of {} pictures are {}: one camera has one image size; {}leave the others out "
+      "with --exclude",
+      names, most, headers.size(), size_text(common),
+      other_turn(headers) ? fmt::format("{}, or ", kSameTurn) : ""));
+}
+
+void warn_of_turns(const std::vector<fs::path>& files, const std::vector<ImageHeader>& headers,
+                   std::vector<std::string>& warnings) {
+  const std::optional<std::size_t> other = other_turn(headers);
+  if (!other) return;
+  const auto count =
+      std::ranges::count(headers, headers[*other].orientation, &ImageHeader::orientation);
+  warnings.push_back(fmt::format(
+      "{}: its Exif orientation is {}, as that of {} of {} pictures, but {} in {}: the camera was "
+      "turned, and in pictures that are turned back the centre of its lens is at another place; {}",
+      files[*other].string(), headers[*other].orientation, count, headers.size(),
+      headers.front().orientation, files.front().string(), kSameTurn));
 }
 
 }  // namespace tagcal::tools

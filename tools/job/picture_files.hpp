@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "tagcal/camera/camera.hpp"
+#include "tagcal/io/image_file.hpp"
 
 namespace tagcal::tools {
 
@@ -42,12 +42,11 @@ std::string picture_name(const std::filesystem::path& file);
 // @LIST, a text file with one of these a line. Empty lines and lines that begin with # are skipped;
 // a path in a list is relative to the current folder or, if it is not there, to the list's.
 // Pictures are not opened, videos and bags are. A folder without pictures stands for those in it.
-// `notes`: how many frames are taken of each video, and what it is unsuited for. `tally`: of the
-// only video or bag, if nothing else is named and its frames are chosen. Throws Error for an
-// argument that names no file, and for a file given twice.
+// Notes (hold_note) say how many frames are taken of each video, and what it is unsuited for.
+// `tally`: of the only video or bag, if nothing else is named and its frames are chosen. Throws
+// Error for an argument that names no file, and for a file given twice.
 std::vector<std::filesystem::path> picture_files(const std::vector<std::string>& arguments,
                                                  const FrameChoice& frames = {},
-                                                 std::vector<std::string>* notes = nullptr,
                                                  std::optional<FrameTally>* tally = nullptr);
 
 // Files of a folder that people have beside pictures and that are not read: raw files, and videos
@@ -73,11 +72,16 @@ class Exclusion {
 // Removes the files that cannot be opened as pictures, and returns one message for each. Reads
 // headers only.
 std::vector<std::string> remove_unreadable(std::vector<std::filesystem::path>& files,
-                                           std::vector<ImageSize>& sizes);
+                                           std::vector<ImageHeader>& headers);
 
 // The size that most pictures have; of several, the one that comes first. Throws Error, naming the
 // others, if the sizes differ.
 ImageSize common_size(const std::vector<std::filesystem::path>& files,
-                      const std::vector<ImageSize>& sizes);
+                      const std::vector<ImageHeader>& headers);
+
+// Warns of pictures of one size that the camera turned by other angles, as upside down: the centre
+// of their lens is at another place.
+void warn_of_turns(const std::vector<std::filesystem::path>& files,
+                   const std::vector<ImageHeader>& headers, std::vector<std::string>& warnings);
 
 }  // namespace tagcal::tools

@@ -68,10 +68,10 @@ HistoryInput read_history(const std::vector<std::string>& files, const std::stri
   constexpr std::size_t kFewest = 2;
   if (files.size() < kFewest)
     throw Error(fmt::format("{}: must be two calibrations or more", files.front()));
-  HistoryInput input{key.empty() && !values.empty() ? "value" : key, files, {}, {}, {}, {}, {}};
+  HistoryInput input{key.empty() && !values.empty() ? "value" : key, files, {}, {}, {}, {}};
   std::optional<CalibrationFile> first;
   for (const std::string& file : files) {
-    const CalibrationFile camera = read_camera(file, input.notes);
+    const CalibrationFile camera = read_camera(file);
     input.cameras.push_back(uncertain_camera(camera));
     if (!first) {
       first = camera;

@@ -16,7 +16,6 @@ struct HistoryInput {
   std::vector<UncertainCamera> cameras;
   std::vector<double> displacements_px;  // from the first, the largest in the image; NaN: not known
   std::vector<Eigen::Vector2d> samples;  // where all had corners
-  std::vector<std::string> notes;        // what reading changed, a line each
 };
 
 // Reads the cameras. Without a key the dates at the ends of all names count (cam7_2026-03-01, in

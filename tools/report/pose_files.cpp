@@ -112,7 +112,7 @@ void write_poses(const std::string& out, const std::string& camera,
   if (!camera.empty()) file = read_one_camera(camera);
   file.poses = answered_poses(views);
   file.frame_of_poses = "target";
-  print_notes(out, write_camera_file(out, file, format));
+  hold_notes(out, write_camera_file(out, file, format));
   say_wrote(out, count_text(file.poses.size(), views));
 }
 

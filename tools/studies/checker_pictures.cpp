@@ -131,6 +131,8 @@ std::vector<Values> rows_of(const PictureSet& set, const std::vector<ExactCorner
 }
 
 std::vector<Values> measure(const PictureSet& set) {
+  if (!checkers(set.board))
+    throw Error(set.name + ": only pictures of checkerboards and ChArUco boards are compared");
   const OneOpenCvThread one_thread;
   std::vector<MethodAnswer> answers = {{"fit", {}}};
   for (const Image8& image : set.images)

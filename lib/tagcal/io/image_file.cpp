@@ -142,15 +142,20 @@ Picture read_reduced(const std::filesystem::path& file, int least_width) {
   });
 }
 
-ImageSize read_image_size(const std::filesystem::path& file) {
-  return naming(file, [&] {
-    if (const auto frame = frame_of(file)) return frame_sequence(frame->sequence)->about().size;
+ImageHeader read_image_header(const std::filesystem::path& file) {
+  return naming(file, [&]() -> ImageHeader {
+    if (const auto frame = frame_of(file)) return {frame_sequence(frame->sequence)->about().size};
     const OpenPicture open(file);
     const HeaderCopy copy(open.descriptor(), open.size());
     const ImageDecoder::Header header = image_decoder(copy.bytes())->header();
-    const ImageSize stored{header.width, header.height};
-    return swaps_sides(header.orientation) ? ImageSize{stored.height, stored.width} : stored;
+    ImageSize size{header.width, header.height};
+    if (swaps_sides(header.orientation)) std::swap(size.width, size.height);
+    return {size, header.orientation};
   });
+}
+
+ImageSize read_image_size(const std::filesystem::path& file) {
+  return read_image_header(file).size;
 }
 
 bool is_picture_name(const std::filesystem::path& file) {

@@ -39,8 +39,13 @@ Picture read_picture(const std::filesystem::path& file);
 // Other pictures have their full size.
 Picture read_reduced(const std::filesystem::path& file, int least_width);
 
-// The size of a picture as read_image returns it, from its header alone. Reads the parts of the
-// file that it needs.
+struct ImageHeader {
+  ImageSize size;       // as read_image returns the picture
+  int orientation = 1;  // Exif's, 1 to 8, by which it is turned; 1 for frames
+};
+
+// From the parts of the file that are needed, without the pixels.
+ImageHeader read_image_header(const std::filesystem::path& file);
 ImageSize read_image_size(const std::filesystem::path& file);
 
 // Throws Error for a side below 1 px and for more than 100 megapixels, as the readers do.
