@@ -92,6 +92,12 @@ TEST(Overrule, AWrongValueIsHeldAndContradicted) {
   }
 }
 
+// Model f holds the principal point itself, and its value there says nothing about another one.
+TEST(Overrule, WhatTheModelHoldsContradictsNothing) {
+  const Dataset world = make_world(Perspective({900, 900, 700, 380}), 17);
+  EXPECT_FALSE(says_contradicted(calibrate(world, options_of("f", {{"cx", 700}, {"cy", 380}}))));
+}
+
 // The rows of exact pictures are where they are, whatever lens is asked for: only effects of single
 // views beside a field of all views count as displaced rows.
 TEST(Overrule, ALensThatIsTooSmallDisplacesNoRows) {

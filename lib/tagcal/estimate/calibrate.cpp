@@ -144,7 +144,7 @@ void test_held_values(const Dataset& dataset, CalibrateOptions options, Calibrat
   for (std::size_t i = 0; i < names.size(); ++i) {
     const auto held = result.fixed.find(std::string(names[i]));
     const double value = parameters(open.camera->lens)[i], sigma = open.sigmas[i];
-    if (held == result.fixed.end() ||
+    if (held == result.fixed.end() || sigma == 0 ||  // the model holds it itself
         !(std::abs(held->second - value) > policy::kSignificant * sigma))
       continue;
     contradicted.push_back(held->first + " " + short_number(held->second) + " (without it " +
