@@ -98,8 +98,7 @@ TEST(Overrule, WhatTheModelHoldsContradictsNothing) {
   EXPECT_FALSE(says_contradicted(calibrate(world, options_of("f", {{"cx", 700}, {"cy", 380}}))));
 }
 
-// The rows of exact pictures are where they are, whatever lens is asked for: only effects of single
-// views beside a field of all views count as displaced rows.
+// The rows of exact pictures are where they are, whatever lens is asked for.
 TEST(Overrule, ALensThatIsTooSmallDisplacesNoRows) {
   const Dataset world = make_world(opencv5_lens(), 16, {.num_views = 12, .sigma_px = 0.01});
   for (const CalibrateOptions& options :

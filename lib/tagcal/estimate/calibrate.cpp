@@ -5,6 +5,7 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/bundle/observability.hpp"
+#include "tagcal/estimate/calibration/kinds.hpp"
 #include "tagcal/estimate/calibration/model_choice.hpp"
 #include "tagcal/estimate/calibration/model_error.hpp"
 #include "tagcal/estimate/calibration/readout_rounds.hpp"
@@ -49,10 +50,28 @@ Calibration calibrate_weak(const CalibrationInput& input, const CalibrateOptions
                 evidence_of_noise(*fit, options));
 }
 
-// Fits the model that the user named, or chooses one.
-std::optional<ModelChoice> fit_or_choose(const CalibrationInput& input,
-                                         const CalibrateOptions& options) {
-  return is_auto(options) ? choose_model(input, options) : fit_named(input, options);
+// The views show row terms under the best lens of all, or are too few to tell.
+bool best_lens_shows_rows(const CalibrationInput& input, CalibrateOptions options) {
+  if (std::ssize(input.views) < policy::kFewestTellingViews) return true;
+  options.model.clear();
+  options.fixed.clear();
+  CalibrationInput open = spread_views(input, policy::kChoiceViews);
+  open.models = models_of(options);
+  const Kinds kinds = fit_kinds(open, options);
+  const Posterior* best = best_of(kinds);
+  return best && best->fit.bundle.row_sigma > 0;
+}
+
+// Fits the model that the user named, or chooses one. Row terms belong to the pictures: what a lens
+// that is too small, or held at wrong values, leaves in the residuals looks like displaced rows.
+std::optional<ModelChoice> fit_or_choose(CalibrationInput& input, const CalibrateOptions& options) {
+  auto choice = is_auto(options) ? choose_model(input, options) : fit_named(input, options);
+  const bool is_restricted = !is_auto(options) || !options.fixed.empty();
+  if (!choice || !is_restricted || !(choice->posterior.fit.bundle.row_sigma > 0) ||
+      best_lens_shows_rows(input, options))
+    return choice;
+  input.may_have_rows = false;
+  return fit_or_choose(input, options);
 }
 
 // Fits, estimates the error of lens and target, and rejects outlying views, until nothing changes.

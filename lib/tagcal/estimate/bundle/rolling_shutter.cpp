@@ -20,7 +20,7 @@ using Eigen::VectorXd;
 
 constexpr int kDegree = 7;  // of the polynomial of the pixel that views share
 constexpr Index kNumTerms = (kDegree + 1) * (kDegree + 2) / 2;
-constexpr Index kMostEffects = 12;  // of a view: velocities by row and by column
+constexpr Index kNumEffects = 12;  // of a view: velocities by row and by column
 constexpr Index kNumCommon = 2 * kNumTerms + kNumShapes;  // of all views: field and board
 constexpr double kLeastSize = 0.02;                       // numeric: not distinct from none
 constexpr double kFirstStep = 4, kLastStep = 1.5;  // numeric: of the search for the best size
@@ -48,13 +48,11 @@ struct Effects {
   double square = 0;  // of the residuals that neither effects nor the common field explain
 };
 
-// Restricted log-likelihoods of the effects' sizes: of velocities, or displacements of the pixel,
-// by the bundle's kind of row terms. A size is the standard deviation of the displacement at the
-// upper border (by rows) or the left one (by columns), over that of the noise.
+// Restricted log-likelihoods of the effects' sizes. A size is the standard deviation of the
+// displacement at the upper border (by rows) or the left one (by columns), over that of the noise.
 class EffectLikelihood {
  public:
-  explicit EffectLikelihood(const Bundle& solved)
-      : size_(solved.image_size), by_row_(solved.is_rolling() ? 6 : 2), by_all_(2 * by_row_) {
+  explicit EffectLikelihood(const Bundle& solved) : size_(solved.image_size) {
     const Lens lens = solved.lens();
     for (std::size_t v = 0; v < solved.views.size(); ++v) add_view(solved, v, lens);
   }
@@ -85,18 +83,18 @@ class EffectLikelihood {
   }
 
   Effects at(double by_row, double by_column) const {
-    VectorXd scale(by_all_);
-    scale << VectorXd::Constant(by_row_, by_row), VectorXd::Constant(by_row_, by_column);
+    VectorXd scale(kNumEffects);
+    scale << Vector6d::Constant(by_row), Vector6d::Constant(by_column);
     constexpr double kRidge = 1e-6;  // numeric: what poses take up of the common field, a corner
     MatrixXd common = common_;
     double volume = 0;
     for (const MatrixXd& gram : grams_) {
       MatrixXd effects =
-          scale.asDiagonal() * gram.topLeftCorner(by_all_, by_all_) * scale.asDiagonal();
+          scale.asDiagonal() * gram.topLeftCorner(kNumEffects, kNumEffects) * scale.asDiagonal();
       effects.diagonal().array() += 1;
       const Eigen::LLT<MatrixXd> root(effects);
-      const MatrixXd cross =
-          root.matrixL().solve(scale.asDiagonal() * gram.topRightCorner(by_all_, kNumCommon + 1));
+      const MatrixXd cross = root.matrixL().solve(scale.asDiagonal() *
+                                                  gram.topRightCorner(kNumEffects, kNumCommon + 1));
       common.selfadjointView<Eigen::Lower>().rankUpdate(cross.transpose(), -1);
       volume += root.matrixLLT().diagonal().array().log().sum();
     }
@@ -123,40 +121,38 @@ class EffectLikelihood {
     // The places of projected corners: those of observed ones have the noise of the residuals.
     const auto error_px = residuals_px(view.correspondences, lens, solved.camera_from_target[v]);
     const Vector2d centre = image_centre(size_);
-    const ViewRowTerms rows = solved.row_prior(v);
+    const ViewRowTerms twists = solved.row_prior(v);
     const Index n = seen->residuals.size();
-    MatrixXd all = MatrixXd::Zero(n, by_all_ + kNumCommon + 1);
+    MatrixXd all = MatrixXd::Zero(n, kNumEffects + kNumCommon + 1);
     for (std::size_t i = 0; i < view.correspondences.size(); ++i) {
       const auto at = static_cast<Index>(2 * i);
       const Vector2d x = view.correspondences[i].pixel + error_px[i] - centre;
+      const auto by_pose = (seen->by_pose.middleRows<2>(at) * *twists.velocities).eval();
       const Eigen::Matrix2d w =
           view.whitening.empty() ? Eigen::Matrix2d::Identity() : Eigen::Matrix2d(view.whitening[i]);
-      Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, kMostEffects> by_effect = w;
-      if (rows.velocities) by_effect = seen->by_pose.middleRows<2>(at) * *rows.velocities;
-      all.block(at, 0, 2, by_row_) = 2 * x.y() / size_.height * by_effect;
-      all.block(at, by_row_, 2, by_row_) = 2 * x.x() / size_.height * by_effect;
+      all.block<2, 6>(at, 0) = 2 * x.y() / size_.height * by_pose;
+      all.block<2, 6>(at, 6) = 2 * x.x() / size_.height * by_pose;
       const auto powers = powers_of(2 * x / size_.width);
-      for (Index k = 0; k < kNumTerms; ++k) all.block<2, 2>(at, by_all_ + 2 * k) = powers[k] * w;
+      for (Index k = 0; k < kNumTerms; ++k)
+        all.block<2, 2>(at, kNumEffects + 2 * k) = powers[k] * w;
     }
     if (solved.board) {
       const ViewArrays flat(solved.views[v]);
       const BoardShapes shapes = solved.board->shapes(flat.view().points);
       set_shape_columns(shapes.view(), solved.camera_from_target[v], seen->by_pose,
-                        by_all_ + 2 * kNumTerms, all);
+                        kNumEffects + 2 * kNumTerms, all);
     }
-    all.rightCols<1>() =
-        seen->residuals - size_.height / 2.0 * (all.leftCols(by_row_) * rows.start.head(by_row_));
+    all.rightCols<1>() = seen->residuals - size_.height / 2.0 * (all.leftCols<6>() * twists.start);
     const Matrix6 information = seen->by_pose.transpose() * seen->by_pose;
     const Eigen::LDLT<Matrix6> pose(information);
     all.noalias() -= seen->by_pose * pose.solve(seen->by_pose.transpose() * all);
-    grams_.push_back(all.leftCols(by_all_).transpose() * all);
+    grams_.push_back(all.leftCols<kNumEffects>().transpose() * all);
     common_.selfadjointView<Eigen::Lower>().rankUpdate(all.rightCols<kNumCommon + 1>().transpose());
     square_ += all.rightCols<1>().squaredNorm();
     freedom_ += static_cast<double>(n - 6) - (grams_.size() == 1 ? kNumCommon : 0);
   }
 
   ImageSize size_;
-  Index by_row_, by_all_;        // numbers of effects
   std::vector<MatrixXd> grams_;  // of the effects with all columns
   MatrixXd common_ = MatrixXd::Zero(kNumCommon + 1, kNumCommon + 1);  // lower triangle
   double freedom_ = 0, square_ = 0;
@@ -175,17 +171,6 @@ Bundle some_views_of(const Bundle& solved) {
 }
 
 }  // namespace
-
-bool shows_rows(const Bundle& solved) {
-  if (std::ssize(solved.views) < policy::kFewestTellingViews) return true;
-  const EffectLikelihood still(some_views_of(solved));
-  if (still.is_empty()) return false;
-  // A field explains a part of the noise as well.
-  const Effects none = still.at(0, 0);
-  const double by_field = still.square() - none.square - kNumCommon * none.noise * none.noise;
-  const double by_rows = none.square - still.best_of(0, 1, kFirstStep).square;
-  return by_rows > policy::kRowsOfField * by_field;
-}
 
 double rolling_sigma_of(const Bundle& solved, int max_iterations, std::size_t num_threads) {
   if (std::ssize(solved.views) < policy::kFewestTellingViews) return 0;

@@ -6,11 +6,6 @@
 
 namespace tagcal::internal {
 
-// The displacements by row of single views (row_sigma_of) are no remainder of a lens that is too
-// small or held at a wrong value: what they explain is a share of what a field explains that all
-// views share. True for fewer than policy::kFewestTellingViews views. `solved`: without row terms.
-bool shows_rows(const Bundle& solved);
-
 // The standard deviation of the velocities (px a row, in units of Bundle::row_prior) with which the
 // camera moved while a rolling shutter read the rows, or 0 if the views show none; of a bundle that
 // was solved without row terms. The residuals of a view are, to first order, a step of its pose, a

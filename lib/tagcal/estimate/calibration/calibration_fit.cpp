@@ -164,12 +164,12 @@ void retry_with_other_poses(BundleState& state, const CalibrationInput& input,
 // Solves again with the row terms that the views show: a shear, or velocities.
 void add_row_terms(BundleState& state, const CalibrationInput& input,
                    const CalibrateOptions& options) {
+  if (!input.may_have_rows) return;
   Bundle& bundle = state.bundle;
   double row_sigma = row_sigma_of(bundle, bundle.sigma);
   if (!(row_sigma > 0)) return;
   const double of_velocities =
       rolling_sigma_of(bundle, options.max_iterations, options.num_threads);
-  if (!(of_velocities > 0) && !shows_rows(bundle)) return;
   if (of_velocities > 0) bundle.rolling_m = median_distance_m(bundle);
   for (int round = 0; round < kRowRounds && !bundle.views.empty(); ++round) {
     if (!bundle.is_rolling() && row_sigma <= bundle.row_sigma) break;

@@ -157,6 +157,10 @@ bool is_auto(const CalibrateOptions& options) {
   return options.model.empty() || options.model == "auto";
 }
 
+std::shared_ptr<const HeldModels> models_of(const CalibrateOptions& options) {
+  return std::make_shared<const HeldModels>(options.fixed, lens_kind(options));
+}
+
 SeedOptions seed_options(const CalibrateOptions& options) {
   return {options.start ? &options.start->lens : nullptr, options.start_focal_px,
           !options.reject_outliers, options.num_threads};
@@ -169,7 +173,7 @@ void check_lens_options(const CalibrateOptions& options) {
 
 CalibrationInput calibration_input(const Dataset& dataset, const CalibrateOptions& options) {
   CalibrationInput input;
-  input.models = std::make_shared<const HeldModels>(options.fixed, lens_kind(options));
+  input.models = models_of(options);
   input.image_size = dataset.image_size;
   const auto points = world_points(dataset.boards);
   CornerNoise noise;

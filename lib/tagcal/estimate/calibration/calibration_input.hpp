@@ -20,6 +20,7 @@ struct CalibrationInput {
   std::optional<FlatBoard> board;            // whose shape is estimated; none: several, or no plane
   bool whitened = false;      // residuals are whitened by the corners' own covariances
   double model_error_px = 0;  // and by this noise per coordinate, added to them
+  bool may_have_rows = true;  // views may have row terms, if they show them
   std::vector<Finding> findings;
   std::vector<Outlier> rejected;  // corners of whole views and boards that were rejected
 };
@@ -31,6 +32,9 @@ CalibrationInput calibration_input(const Dataset& dataset, const CalibrateOption
 
 // The model is chosen, not given by its name.
 bool is_auto(const CalibrateOptions& options);
+
+// All models with the parameters held that the options fix.
+std::shared_ptr<const HeldModels> models_of(const CalibrateOptions& options);
 
 SeedOptions seed_options(const CalibrateOptions& options);
 

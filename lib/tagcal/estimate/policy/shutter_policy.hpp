@@ -9,18 +9,10 @@ namespace tagcal::internal::policy {
 // this in 0.2 % of samples; one that is not off gains this in 0.08 % (study shutter).
 inline constexpr double kRollingGain = 5;
 
-// Rows are displaced if that explains at least this share of what a field explains that all views
-// share. A lens that is too small, or held at a wrong value, leaves a field, and to second order
-// what looks like displaced rows of single views: 0.02 to 0.8 % (nine models of the golden desk,
-// cx off by 350 px), up to 10 % for a focal length that is off by 100 px in a fisheye. In eight
-// real sets rows explain 11 % and more, in one of five pictures 6 %, which x 1.4 takes for none; x
-// 0.7 changes none of the others.
-inline constexpr double kRowsOfField = 0.05;
-
 // Neighbours in time, for the velocity of a view, are at most this far apart: 10 pictures a second
 // with uneven times. The derivative of a polynomial through five poses is wrong by a share of
-// (2 pi f 0.1 s)^4 / 30 at a motion of f Hz: 0.5 % at 1 Hz, 8 % at 2 Hz; at 30 pictures a second
-// 0.1 % at 2 Hz. The scatter of the views shows it, and is in the standard deviation.
+// (2 pi f 0.1 s)^4 / 30 at a motion of f Hz: 0.5 % at 1 Hz, 8 % at 2 Hz; at 30 pictures a second 0.1
+// % at 2 Hz. The scatter of the views shows it, and is in the standard deviation.
 inline constexpr double kNeighbourSeconds = 0.12;
 
 }  // namespace tagcal::internal::policy
