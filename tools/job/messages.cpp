@@ -3,9 +3,9 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <set>
 
 #include "job/terminal.hpp"
 #include "tagcal/error.hpp"
@@ -42,15 +42,14 @@ bool is_quiet() { return quiet_now(); }
 void begin_record() { record_now().emplace(); }
 const Record& record() { return *record_now(); }
 
-void hold_note(std::string note) {
-  std::vector<std::string>& notes = held_notes();
-  if (std::ranges::find(notes, note) == notes.end()) notes.push_back(std::move(note));
-}
-
+void hold_note(std::string note) { held_notes().push_back(std::move(note)); }
 void drop_notes() { held_notes().clear(); }
 
 void release_notes() {
-  for (const std::string& note : std::exchange(held_notes(), {})) write_message(note + "\n");
+  const std::vector<std::string> notes = std::exchange(held_notes(), {});
+  std::set<std::string_view> said;  // once each
+  for (const std::string& note : notes)
+    if (said.insert(note).second) write_message(note + "\n");
 }
 
 void write_message(std::string_view text) {
