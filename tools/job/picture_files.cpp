@@ -147,8 +147,9 @@ std::vector<fs::path> with_frames(const std::vector<fs::path>& files, const Fram
       *tally = FrameTally{.all = sequence.times_s.size(), .looked_at = chosen.size()};
     if (is_quiet()) continue;
     if (chosen.size() < sequence.times_s.size())
-      hold_note(fmt::format("{}: {} of {} frames are taken (--frames)", file.string(),
-                            chosen.size(), sequence.times_s.size()));
+      hold_note(fmt::format("{}: {} of {} frames are taken{}", file.string(), chosen.size(),
+                            sequence.times_s.size(),
+                            choice.every == kEvenly ? ", evenly spread" : " (--frames)"));
     if (sequence.is_interlaced)
       hold_note(
           fmt::format("{}: is interlaced, its odd and even rows are of different "
