@@ -110,7 +110,7 @@ TEST_F(VideoFile, OneThatIsCutOffHasTheFramesUntilThere) {
   const std::pair<std::string, std::string> kinds[] = {
       {"clip.avi", "-c:v ffv1 -pix_fmt gray"},
       {"clip.mkv", "-c:v ffv1 -pix_fmt gray"},
-      {"clip.mp4", "-c:v mjpeg -q:v 1 -movflags +faststart"}};
+      {"clip.mov", "-c:v png -pix_fmt gray -movflags +faststart"}};
   for (const auto& [name, options] : kinds) {
     SCOPED_TRACE(name);
     const fs::path file = encoded(name, options);
@@ -122,7 +122,7 @@ TEST_F(VideoFile, OneThatIsCutOffHasTheFramesUntilThere) {
     EXPECT_TRUE(video.is_cut_off);
     EXPECT_GT(video.times_s.size(), 2U);
     EXPECT_LT(video.times_s.size(), 15U);
-    EXPECT_EQ(read_image(frame_path(cut, 2)).size(), frames_[2].size());
+    EXPECT_TRUE(are_equal(read_image(frame_path(cut, 2)), frames_[2]));
     EXPECT_THROW(read_image(frame_path(cut, 19)), Error);
   }
 }

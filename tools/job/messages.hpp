@@ -46,7 +46,7 @@ void print_note(fmt::format_string<Args...> format, Args&&... args) {
 }
 
 // Keeps what reading an input changed or left out until the command writes anything else, or ends.
-// Of inputs beside one that is refused nothing is said: bad input is one line.
+// An error of another input drops the notes: bad input is one line.
 void hold_note(std::string note);
 void release_notes();
 void drop_notes();

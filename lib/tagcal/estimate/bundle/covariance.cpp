@@ -206,6 +206,18 @@ std::optional<BundleCovariance> covariance_of(const Bundle& bundle,
   return covariance;
 }
 
+void replace_covariance(BundleCovariance& covariance, const MatrixXd& all,
+                        const BundleInformation& information) {
+  const MatrixXd more = all - covariance.all;
+  covariance.all = all;
+  const Index k = covariance.parameters.cols();
+  covariance.parameters = all.topLeftCorner(k, k);
+  for (std::size_t v = 0; v < covariance.poses.size(); ++v) {
+    const MatrixXd& by = information.views[v].pose_by_parameters;
+    covariance.poses[v] += by * more * by.transpose();
+  }
+}
+
 BoardWarp board_warp(const Bundle& bundle, const BundleCovariance& covariance) {
   const Eigen::Matrix4d of_shape = covariance.all.bottomRightCorner<4, 4>();
   BoardWarp warp;

@@ -77,6 +77,10 @@ std::optional<BundleCovariance> covariance_of(const Bundle& bundle,
 std::optional<BundleCovariance> covariance_of(const BundleInformation& information, double sigma,
                                               double prior_sigma, double independent);
 
+// Replaces the covariance of the parameters, and adds to that of the poses what follows.
+void replace_covariance(BundleCovariance& covariance, const Eigen::MatrixXd& all,
+                        const BundleInformation& information);
+
 // The shape of the board, with its uncertainty. Precondition: the bundle has a board.
 BoardWarp board_warp(const Bundle& bundle, const BundleCovariance& covariance);
 

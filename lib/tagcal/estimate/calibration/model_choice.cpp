@@ -13,7 +13,6 @@
 namespace tagcal::internal {
 namespace {
 
-using Eigen::Index;
 using Eigen::VectorXd;
 
 // A candidate for the answer, refitted.
@@ -106,14 +105,7 @@ Answer smallest_within(Answer best, std::vector<Candidate>& candidates, const Po
 // The claim of a covariance of the parameters, and of the poses by it.
 BundleCovariance claim_of(const Eigen::MatrixXd& all, const Posterior& posterior) {
   BundleCovariance claim = posterior.covariance;
-  const Eigen::MatrixXd own = claim.all;
-  claim.all = all;
-  const Index k = posterior.model().num_free();
-  claim.parameters = claim.all.topLeftCorner(k, k);
-  for (std::size_t v = 0; v < claim.poses.size(); ++v) {
-    const Eigen::MatrixXd& by = posterior.information.views[v].pose_by_parameters;
-    claim.poses[v] += by * (claim.all - own) * by.transpose();
-  }
+  replace_covariance(claim, all, posterior.information);
   return claim;
 }
 

@@ -124,22 +124,6 @@ VectorXd Posterior::values() const {
   return x;
 }
 
-namespace {
-
-// Adds to the covariance of the parameters, and to that of the poses what follows.
-void add_to(BundleCovariance& covariance, const MatrixXd& of_parameters,
-            const BundleInformation& information) {
-  covariance.all += of_parameters;
-  const Index k = covariance.parameters.cols();
-  covariance.parameters = covariance.all.topLeftCorner(k, k);
-  for (std::size_t v = 0; v < covariance.poses.size(); ++v) {
-    const MatrixXd& by = information.views[v].pose_by_parameters;
-    covariance.poses[v] += by * of_parameters * by.transpose();
-  }
-}
-
-}  // namespace
-
 std::optional<Posterior> posterior_of(CalibrationFit fit, const CalibrateOptions& options) {
   Posterior posterior;
   posterior.noise = noise_of(fit, options);
@@ -150,7 +134,7 @@ std::optional<Posterior> posterior_of(CalibrationFit fit, const CalibrateOptions
   if (!covariance) return std::nullopt;
   if (const auto of_points =
           covariance_of_point_errors(fit.bundle, *information, posterior.noise.sigma))
-    add_to(*covariance, *of_points, *information);
+    replace_covariance(*covariance, covariance->all + *of_points, *information);
   posterior.information = std::move(*information);
   posterior.covariance = std::move(*covariance);
   posterior.fit = std::move(fit);
