@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <string>
 #include <vector>
 
 #include "draw/cairo.hpp"
@@ -16,7 +17,14 @@ struct Pen {
   double dash_px = 0;  // length of a dash and of the gap after it; 0: solid
 };
 
-// A colour picture with antialiased lines with round ends, drawn by cairo.
+// A text and the place of its middle.
+struct Label {
+  std::string text;
+  Eigen::Vector2d middle;  // pixels
+  double height_px = 10;   // of a capital letter
+};
+
+// A colour picture with antialiased lines with round ends, and texts, drawn by cairo.
 class Canvas {
  public:
   explicit Canvas(const Image8& picture);
@@ -24,6 +32,9 @@ class Canvas {
 
   // Draws the lines as one shape: crossings are not painted twice.
   void draw(const std::vector<Polyline>& lines, const Pen& pen);
+
+  // Bold letters in a white outline, which makes them visible on any picture.
+  void write(const Label& label, const Rgb& colour);
 
   ImageRgb image() const { return image_of(surface_.get()); }
 

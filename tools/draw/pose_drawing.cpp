@@ -7,7 +7,6 @@
 #include <cmath>
 #include <optional>
 #include <set>
-#include <string_view>
 
 #include "draw/canvas.hpp"
 #include "tagcal/io/image_file.hpp"
@@ -31,7 +30,7 @@ constexpr Rgb kObserved = {0, 214, 230};
 constexpr Rgb kReprojected = {255, 64, 160};
 constexpr Rgb kOutlier = {255, 32, 32};
 constexpr std::array<Rgb, 3> kAxes = {{{240, 40, 40}, {40, 190, 70}, {50, 110, 255}}};
-constexpr std::string_view kAxisNames = "xyz";
+constexpr std::array kAxisNames = {"x", "y", "z"};
 
 // The image of an edge, in several parts if some of it is outside of the lens' domain.
 class Sight {
@@ -117,25 +116,16 @@ Vector3d axis_end(const PoseDrawing& drawing, int axis) {
   return drawing.target.sizes().maxCoeff() / 2 * Vector3d::Unit(axis);
 }
 
-// The letter x, y or z at a pixel; `half`: half its height.
-std::vector<Polyline> letter(char name, const Vector2d& c, double half) {
-  const double w = 0.7 * half;
-  const auto at = [&](double x, double y) { return Vector2d(c.x() + w * x, c.y() + half * y); };
-  if (name == 'x') return {{at(-1, -1), at(1, 1)}, {at(1, -1), at(-1, 1)}};
-  if (name == 'y') return {{at(-1, -1), at(0, 0)}, {at(1, -1), at(0, 0), at(0, 1)}};
-  return {{at(-1, -1), at(1, -1)}, {at(1, -1), at(-1, 1)}, {at(-1, 1), at(1, 1)}};
-}
-
-// A place beside the axis' end, away from the target's middle.
-std::vector<Polyline> axis_name(int axis, const Vector3d& end, const Vector3d& middle,
-                                const Sight& sight, double unit) {
+// Beside the axis' end, away from the target's middle.
+std::optional<Label> axis_name(int axis, const Vector3d& end, const Vector3d& middle,
+                               const Sight& sight, double unit) {
   const auto from = sight.pixel(middle);
   const auto to = sight.pixel(end);
-  if (!from || !to) return {};
+  if (!from || !to) return std::nullopt;
   const Vector2d along = *to - *from;
   const Vector2d away = along.norm() > 1 ? along.normalized().eval() : Vector2d(1, -1);
-  const double size = std::max(4.0, 6 * unit);
-  return letter(kAxisNames[static_cast<std::size_t>(axis)], *to + 2.7 * size * away, size);
+  const double height = std::max(8.0, 12 * unit);
+  return Label{kAxisNames[static_cast<std::size_t>(axis)], *to + 1.35 * height * away, height};
 }
 
 void append(std::vector<Polyline>& lines, const std::vector<Polyline>& more) {
@@ -168,9 +158,7 @@ void draw_axis_names(Canvas& canvas, const PoseDrawing& drawing) {
     const int axis = static_cast<int>(i);
     const auto name =
         axis_name(axis, axis_end(drawing, axis), drawing.target.center(), sight, unit);
-    const double width = std::max(1.8, 2.4 * unit);
-    canvas.draw(name, {kWhite, 2.5 * width, 0.8, 0});
-    canvas.draw(name, {kAxes[i], width, 1, 0});
+    if (name) canvas.write(*name, kAxes[i]);
   }
 }
 
