@@ -151,6 +151,20 @@ TEST_F(CliHandeye, FindsARigInTheHand) {
   EXPECT_EQ(out.out.find("lens_without_covariance"), std::string::npos) << out.out;
 }
 
+TEST_F(CliHandeye, NoInputIsReplaced) {
+  spill(root() / "robot.csv", robot_);
+  fs::copy(root() / "set/observations_exact.csv", root() / "corners");
+  const std::string command = "handeye " + path("set") + " --camera " + path("set/truth.yaml") +
+                              " --robot " + path("robot.csv") + " --mount hand --observations " +
+                              path("corners");
+  for (const char* const file : {"set/dataset.yaml", "set/target.yaml", "corners"})
+    for (const char* const option : {" --out ", " --ros "}) {
+      const std::string before = slurp(root() / file);
+      expect_bad_input(command + option + path(file), {"is an input, which would be replaced"});
+      EXPECT_EQ(slurp(root() / file), before);
+    }
+}
+
 TEST_F(CliHandeye, NeedsACameraForPictures) {
   spill(root() / "robot.csv", robot_);
   const Outcome out = run("handeye " + kDesk + " --robot " + path("robot.csv") + " --mount hand");

@@ -294,6 +294,36 @@ TEST_F(CliRig, BadInputIsOneLine) {
   refused(left + " " + right + target + " --report " + path("rig/target.yaml"), "target.yaml");
 }
 
+TEST_F(CliRig, NoInputIsReplaced) {
+  render("rig", scene_of(kPlace, "6"));
+  const std::string folders = "rig " + path("rig/left") + " " + path("rig/right");
+  const std::string pictures = "rig " + path("rig/left/images") + " " + path("rig/right/images") +
+                               " --target " + path("rig/target.yaml");
+  for (const std::string name : {"left", "right"}) {
+    fs::copy(root() / "rig" / name / "observations_exact.csv", root() / (name + "-corners"));
+    spill(root() / (name + ".yaml"),
+          "image_width: 480\nimage_height: 360\nmodel: pinhole\ncamera_matrix: {rows: 3, cols: 3, "
+          "data: [400, 0, 240, 0, 400, 180, 0, 0, 1]}\n");
+  }
+  spill(root() / "pairs", "left,right\n000.png,000.png\n");
+  const auto refused = [&](const std::string& command, const std::string& file) {
+    const std::map<std::string, std::string> before = bytes_of(root());
+    expect_bad_input(command + " --out " + path(file),
+                     {file + ": is an input, which would be replaced"});
+    EXPECT_EQ(bytes_of(root()).at(file), before.at(file)) << command;
+  };
+  for (const char* const file : {"rig/dataset.yaml", "rig/target.yaml", "rig/right/truth.yaml"})
+    refused("rig " + path("rig"), file);
+  refused(pictures, "rig/target.yaml");
+  refused(folders, "rig/right/dataset.yaml");
+  refused(folders + " --observations " + path("left-corners") + "," + path("right-corners"),
+          "right-corners");
+  refused(pictures + " --pair " + path("pairs"), "pairs");
+  refused(pictures + " --cameras start --camera left=" + path("left.yaml") +
+              " --camera right=" + path("right.yaml"),
+          "right.yaml");
+}
+
 TEST_F(CliRig, NoCommonInstantIsNoAnswer) {
   render("rig", scene_of(kPlace));
   fs::create_directory(root() / "a");

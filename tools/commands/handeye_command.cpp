@@ -34,8 +34,7 @@ struct Arguments : HandeyeArguments {
 void check_outputs(const Arguments& arguments) {
   check_yaml_writable(arguments.out);
   check_text_writable(arguments.ros);
-  std::vector<std::string> inputs = {arguments.camera, arguments.robot, arguments.times,
-                                     arguments.input.target, arguments.input.observations};
+  std::vector<std::string> inputs = {arguments.camera, arguments.robot, arguments.times};
   inputs.insert(inputs.end(), arguments.input.inputs.begin(), arguments.input.inputs.end());
   check_replaces_nothing({arguments.out, arguments.ros, arguments.report},
                          {inputs.begin(), inputs.end()});
@@ -57,8 +56,10 @@ std::vector<InputRow> input_rows(const Arguments& arguments) {
   return rows;
 }
 
-int run(const Arguments& arguments) {
+int run(const Arguments& given) {
+  Arguments arguments = given;
   check_outputs(arguments);
+  arguments.input.other_outputs = {arguments.out, arguments.ros, arguments.report};
   const RobotPoses poses = read_robot_poses(arguments.robot, arguments.robot_format);
   HandeyeInput input = read_handeye(arguments);
   HandeyeOptions options;

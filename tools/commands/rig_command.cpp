@@ -106,14 +106,16 @@ void check_ids(const RigDataset& rig, const std::vector<std::string>& targets) {
                                 targets[b], p.id.tag_id, targets[at->second]));
 }
 
-void check_report(const Arguments& arguments) {
-  if (arguments.report.empty()) return;
+// Those of the arguments, before any work; read_rig checks the files that it finds.
+void check_outputs(const Arguments& arguments) {
+  check_yaml_writable(arguments.out);
   std::vector<std::string> files = arguments.input.inputs;
   files.insert(files.end(), arguments.targets.begin(), arguments.targets.end());
   files.insert(files.end(), arguments.corners.begin(), arguments.corners.end());
   for (const std::string& camera : arguments.cameras)
     files.push_back(camera.substr(camera.find('=') + 1));
-  check_page(arguments.report, files);
+  check_replaces_nothing({arguments.out, arguments.report}, {files.begin(), files.end()});
+  if (!arguments.report.empty()) check_page(arguments.report, files);
 }
 
 bool has_readout(const RigCalibration& rig) {
@@ -150,8 +152,8 @@ RigCalibration calibrate_input(const Arguments& arguments, Shutter shutter,
 int run(const Arguments& given) {
   Arguments arguments = given;
   const Shutter shutter = shutter_of(arguments.shutter, arguments.input.frames);
-  check_yaml_writable(arguments.out);
-  check_report(arguments);
+  check_outputs(arguments);
+  arguments.input.other_outputs = {arguments.out, arguments.report};
   RigInput input = read_rig(arguments);
   const RigDataset& rig = input.rig;
   check_different(rig);

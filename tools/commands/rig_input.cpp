@@ -11,6 +11,7 @@
 #include "job/find_corners.hpp"
 #include "job/messages.hpp"
 #include "job/number_argument.hpp"
+#include "job/outputs.hpp"
 #include "job/shutter.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/rig_file.hpp"
@@ -31,7 +32,6 @@ Input camera_input(const RigInputArguments& arguments, std::size_t camera) {
   if (!arguments.targets.empty()) input.target = arguments.targets.front();
   input.inputs = {arguments.input.inputs[camera]};
   if (!arguments.corners.empty()) input.observations = arguments.corners[camera];
-  input.out = "";
   if (input.frames.empty() || input.frames == "auto") input.frames = "evenly";  // equal in all
   Input read = read_input(input);
   for (std::size_t b = 1; b < arguments.targets.size(); ++b)
@@ -68,6 +68,11 @@ void set_times(const Input& input, RigCamera& camera) {
     camera.times_s = film_times(camera.data.views, input.times_s);
 }
 
+void check_outputs(const RigInputArguments& arguments, const std::vector<fs::path>& inputs) {
+  const std::vector<std::string>& outputs = arguments.input.other_outputs;
+  check_replaces_nothing({outputs.begin(), outputs.end()}, inputs);
+}
+
 std::vector<Instant> paired(const RigInputArguments& arguments,
                             const std::vector<RigCamera>& cameras) {
   const std::string& pair = arguments.pair;
@@ -83,15 +88,24 @@ std::vector<Instant> paired(const RigInputArguments& arguments,
                   pair);
     return pair_by_time(cameras, tolerance_ms / 1e3);
   }
+  check_outputs(arguments, {pair});
   std::vector<std::string> notes;
   std::vector<Instant> instants = pair_by_file(pair, cameras, &notes);
   print_warnings(notes);
   return instants;
 }
 
+std::vector<fs::path> files_of(const RigFolder& folder) {
+  std::vector<fs::path> all = folder.texts;
+  for (const RigCameraFiles& files : folder.files)
+    all.insert(all.end(), files.images.begin(), files.images.end());
+  return all;
+}
+
 // A data set with the key rig.
 RigInput read_data_set(const RigInputArguments& arguments) {
   RigFolder folder = read_rig_folder(arguments.input.inputs.front());
+  check_outputs(arguments, files_of(folder));
   print_warnings(folder.warnings);
   RigInput result;
   for (std::size_t c = 0; c < folder.rig.cameras.size(); ++c) {
