@@ -112,6 +112,20 @@ TEST_F(CliProject, NamesInQuotesAreReadAndWritten) {
   EXPECT_NE(outcome.out.find("\n\"#c.png\",0,1,300,200,"), std::string::npos) << outcome.out;
 }
 
+// Of a column of the input all fields are numbers, or texts.
+TEST_F(CliProject, NamesAreNoNumbersInJson) {
+  spill(root() / "named.csv",
+        "point,tag_id,batch,kind,x_m,y_m,z_m\n7,12,007,nan,0.10,0.05,.5\n"
+        "007,-3,8,1,0,0,-1\n1e3,0,,2,0.1,0.05,0.5\n");
+  const Outcome outcome = run("project " + path("named.csv") + camera() + " --json");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  for (const char* const part :
+       {"\"point\": \"7\"", "\"point\": \"007\"", "\"point\": \"1e3\"", "\"tag_id\": 12",
+        "\"tag_id\": -3", "\"batch\": \"007\"", "\"batch\": \"8\"", "\"batch\": null",
+        "\"kind\": \"nan\"", "\"kind\": \"2\"", "\"x_m\": 0.1,", "\"z_m\": 0.5,", "\"valid\": 1"})
+    EXPECT_NE(outcome.out.find(part), std::string::npos) << part << outcome.out;
+}
+
 TEST_F(CliProject, WrongTablesAreNamed) {
   const auto project = [&](const std::string& text, const std::vector<std::string>& parts) {
     spill(root() / "bad.csv", text);

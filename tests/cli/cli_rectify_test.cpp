@@ -196,5 +196,25 @@ TEST_F(CliRectify, PixelsBecomePoints) {
   EXPECT_NE(wrong.err.find("contradict one another"), std::string::npos) << wrong.err;
 }
 
+// Names that look like numbers, of which some are equal.
+TEST_F(CliRectify, NamesOfPointsAndCamerasAreTexts) {
+  std::string yaml = slurp(root() / "rig.yaml");
+  yaml =
+      replaced(replaced(yaml, "name: \"left\"", "name: \"1\""), "name: \"right\"", "name: \"2\"");
+  spill(root() / "numbered.yaml", yaml);
+  std::string csv = "point,camera,u_px,v_px\n";
+  for (const std::string name : {"007", "7", "1e3", "nan"})
+    csv += name + ",1,200,100\n" + name + ",2,180,160\n";
+  spill(root() / "pixels.csv", csv);
+  const Outcome done =
+      run("triangulate " + path("pixels.csv") + " --camera " + path("numbered.yaml") + " --json");
+  const Json rows = Json::parse(done.out)["points"];
+  ASSERT_EQ(rows.size(), 4U) << done.err;
+  for (std::size_t i = 0; i < 4; ++i)
+    EXPECT_EQ(rows[i]["point"], Json({"007", "7", "1e3", "nan"})[i]);
+  EXPECT_EQ(rows[0]["cameras"], 2);
+  EXPECT_TRUE(rows[0]["contradicts"].is_string()) << done.out;
+}
+
 }  // namespace
 }  // namespace tagcal::tools

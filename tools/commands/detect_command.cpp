@@ -120,7 +120,7 @@ int run(const Arguments& arguments) {
   }
   print_warnings(input.warnings);
   if (arguments.json)
-    print_result(json_text(detection_json(input, rows_json(csv))));
+    print_result(json_text(detection_json(input, rows_json(csv, {"image"}))));
   else
     print_summary(detection_summary(input, arguments.verbose, arguments.explain), arguments.out);
   if (arguments.explain) explain_all(input);

@@ -165,7 +165,7 @@ int run_tag_search(const TagSearch& search) {
   print_warnings(input.warnings);
   const bool is_nothing = std::ranges::all_of(num_tags, [](std::size_t n) { return n == 0; });
   if (search.json) {
-    print_result(json_text(tags_json(names, num_tags, input, rows_json(csv))));
+    print_result(json_text(tags_json(names, num_tags, input, rows_json(csv, {"image"}))));
     return kAnswer;
   }
   print_summary(tag_summary(names, num_tags, search.input.family, search.verbose) +

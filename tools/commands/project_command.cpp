@@ -73,7 +73,8 @@ class Answer {
     progress_.reset();
     write_table(text_, arguments.out, arguments.json);
     if (arguments.json)
-      print_result(json_text({{"uncertainty", uncertainty}, {"points", rows_json(text_)}}));
+      print_result(
+          json_text({{"uncertainty", uncertainty}, {"points", rows_json(text_, table_.texts())}}));
     const std::size_t others = table_.size() - num_valid_;
     print_note("{} of {} points{}\n", num_valid_, table_.size(),
                others == 0

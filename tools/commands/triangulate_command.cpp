@@ -133,7 +133,8 @@ int run(const Arguments& arguments) {
           ? "covariances: by the pixels, and by the places and lenses of the cameras"
           : "covariances: by the pixels alone: the rig's file has none of places and lenses";
   if (arguments.json)
-    print_result(json_text({{"uncertainty", uncertainty}, {"points", rows_json(text)}}));
+    print_result(json_text({{"uncertainty", uncertainty},
+                            {"points", rows_json(text, {"point", "status", "contradicts"})}}));
   const std::size_t num_valid = by_status[0];
   std::string others;
   for (std::size_t s = 1; s < by_status.size(); ++s)

@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <vector>
 
 #include "job/number_argument.hpp"
 #include "tagcal/io/text_file.hpp"
@@ -14,8 +13,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json field_json(std::string_view field) {
+Json field_json(std::string_view field, bool is_text) {
   if (field.empty()) return {};
+  if (is_text) return Json(field);
   if (const auto whole = number_of<std::int64_t>(field)) return *whole;  // ids and counts
   if (const auto number = number_of<double>(field)) return *number;
   return Json(field);
@@ -27,9 +27,10 @@ std::string json_text(const Json& value, int indent) {
   return value.dump(indent, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-nlohmann::ordered_json rows_json(std::string_view csv) {
+nlohmann::ordered_json rows_json(std::string_view csv, const std::vector<std::string>& texts) {
   CsvFields line;
   std::vector<std::string> names;
+  std::vector<bool> is_text;
   Json rows = Json::array();
   while (!csv.empty()) {
     const std::size_t end = std::min(csv.find('\n'), csv.size());
@@ -38,11 +39,12 @@ nlohmann::ordered_json rows_json(std::string_view csv) {
     const auto& fields = line.fields();
     if (names.empty()) {
       names.assign(fields.begin(), fields.end());
+      for (const std::string& name : names) is_text.push_back(std::ranges::count(texts, name) > 0);
       continue;
     }
     Json row;
     for (std::size_t i = 0; i < std::min(names.size(), fields.size()); ++i)
-      row[names[i]] = field_json(fields[i]);
+      row[names[i]] = field_json(fields[i], is_text[i]);
     rows.push_back(std::move(row));
   }
   return rows;

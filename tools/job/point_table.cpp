@@ -7,6 +7,7 @@
 #include <iostream>
 #include <iterator>
 #include <set>
+#include <string_view>
 
 #include "job/number_argument.hpp"
 #include "tagcal/error.hpp"
@@ -27,6 +28,14 @@ std::string text_of(const std::string& file) {
   remove_byte_order_mark(text);
   check_plain_text(text, "stdin");
   return text;
+}
+
+bool is_text(const std::string& field) {
+  if (field.empty()) return false;
+  const auto number = number_of<double>(field);
+  if (!number || !std::isfinite(*number)) return true;
+  const std::string_view digits = std::string_view(field).substr(field[0] == '-' ? 1 : 0);
+  return digits.size() > 1 && digits[0] == '0' && digits[1] >= '0' && digits[1] <= '9';
 }
 
 }  // namespace
@@ -63,6 +72,16 @@ PointTable PointTable::read(const std::string& file) {
   if (table.names_.empty())
     throw Error(fmt::format("{}: must begin with a line of column names", table.file_));
   return table;
+}
+
+std::vector<std::string> PointTable::texts() const {
+  const std::set<std::string> of_names = {"point", "image", "camera"};
+  std::vector<std::string> texts;
+  for (std::size_t i = 0; i < names_.size(); ++i)
+    if (of_names.contains(names_[i]) ||
+        std::ranges::any_of(rows_, [i](const auto& fields) { return is_text(fields[i]); }))
+      texts.push_back(names_[i]);
+  return texts;
 }
 
 bool PointTable::is_empty(std::size_t row, const std::vector<std::size_t>& columns) const {

@@ -23,6 +23,10 @@ class PointTable {
   // The same; throws Error, with the names, if none is there.
   std::vector<std::size_t> need(const std::vector<std::vector<std::string>>& sets) const;
 
+  // The columns of names: point, image and camera, and others unless all their fields are finite
+  // numbers, without zeros in front, which a number would lose.
+  std::vector<std::string> texts() const;
+
   // True if a row has nothing in these columns, as those that `valid` = 0 marks.
   bool is_empty(std::size_t row, const std::vector<std::size_t>& columns) const;
 
