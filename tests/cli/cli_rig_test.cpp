@@ -1,5 +1,6 @@
 // tagcal rig, from outside.
 #include "page_data.hpp"
+#include "tagcal/io/camera_file.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -104,6 +105,21 @@ TEST_F(CliRig, DifferenceOfTwoRigs) {
     return Json::parse(outcome.out);
   };
   const Json same = diff("b.yaml");
+  // A copy keeps the covariance and the warnings; of other lenses it is said that it does not.
+  std::string warned = slurp(root() / "b.yaml");
+  warned = warned.substr(0, warned.find("warnings:")) + "warnings:\n   - \"a doubt\"\n";
+  spill(root() / "b.yaml", warned);
+  const std::string copy = "convert " + path("b.yaml") + " " + path("copy.yaml") + " --to tagcal";
+  const Outcome copied = run(copy);
+  EXPECT_EQ(copied.err.find("dropped"), std::string::npos) << copied.err;
+  const CameraFile kept = read_camera_file(root() / "copy.yaml");
+  EXPECT_EQ(kept.rig_covariance, read_camera_file(root() / "b.yaml").rig_covariance);
+  ASSERT_EQ(kept.findings.size(), 1U);
+  EXPECT_EQ(kept.findings[0].sentence, "a doubt");
+  const std::string scaled = run(copy + " --model opencv8").err;
+  EXPECT_NE(scaled.find("dropped: the covariance of the rig"), std::string::npos) << scaled;
+  EXPECT_NE(scaled.find("dropped: the warnings"), std::string::npos) << scaled;
+  EXPECT_EQ(read_camera_file(root() / "copy.yaml").rig_covariance.size(), 0);
   EXPECT_EQ(same["verdict"], "valid");
   ASSERT_EQ(same["pairs"].size(), 1U);
   const Json& pair = same["pairs"][0];

@@ -131,6 +131,24 @@ TEST_F(CameraUncertaintyTest, AConvertedFileKeepsTheClaim) {
   EXPECT_EQ(again.covariance, file.cameras[0].calibration.covariance);
 }
 
+TEST_F(CameraUncertaintyTest, AConvertedFileKeepsTheWarnings) {
+  const std::string warnings =
+      "warnings: [\"no corners at the left\", \"so it is\"]\nwarning_codes: [coverage, input]\n"
+      "warning_severities: [warning, note]\n";
+  const CameraFile file = read_camera_file(write("c.yaml", kClaim + warnings));
+  EXPECT_EQ(write_camera_file(folder_ / "again.yaml", file, "tagcal"), std::vector<std::string>());
+  const std::vector<Finding> again = read_calibration(folder_ / "again.yaml").findings;
+  ASSERT_EQ(again.size(), 2U);
+  EXPECT_EQ(again[0].code, "coverage");
+  EXPECT_EQ(again[0].sentence, "no corners at the left");
+  EXPECT_EQ(again[1].severity, Severity::note);
+  const std::vector<std::string> notes = write_camera_file(folder_ / "c.txt", file, "ros");
+  EXPECT_EQ(std::ranges::count(notes, "dropped: the warnings of the calibration"), 1);
+  // Without warnings it does not say that there are none: the file of another program has not.
+  write_camera_file(folder_ / "none.yaml", read_camera_file(write("d.yaml", kClaim)), "tagcal");
+  EXPECT_EQ(read_text(folder_ / "none.yaml").find("warnings"), std::string::npos);
+}
+
 // Files of older versions have no claim.
 TEST_F(CameraUncertaintyTest, WithoutAClaimItIsTheCovariance) {
   const UncertainCamera claim = uncertain_camera(read(kPinhole));

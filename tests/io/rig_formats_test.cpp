@@ -110,6 +110,24 @@ TEST_F(RigFormats, KalibrsRelationsAreCarried) {
             "bad.yaml: cam1.T_cam_imu: contradicts T_cn_cnm1: remove the one that is older");
 }
 
+// The places of a rig that was moved, or a rig without a reference, are not those of its
+// covariance.
+TEST_F(RigFormats, TheCovarianceIsThatOfThesePlaces) {
+  Random random(5);
+  CameraFile rig = random_rig(random, 2);
+  rig.rig_covariance = MatrixX::Zero(12, 12);
+  rig.rig_covariance.bottomRightCorner(6, 6).setIdentity();
+  EXPECT_TRUE(write_camera_file(folder_ / "rig.yaml", rig, "tagcal").empty());
+  EXPECT_EQ(read_camera_file(folder_ / "rig.yaml").rig_covariance, rig.rig_covariance);
+  rig.cameras[0].camera_from_rig = random_pose(random);
+  rig.findings.push_back({"input", Severity::warning, "a doubt"});
+  EXPECT_EQ(write_camera_file(folder_ / "rig.yaml", rig, "tagcal").size(), 1U);
+  EXPECT_EQ(read_camera_file(folder_ / "rig.yaml").rig_covariance.size(), 0);
+  const CameraFile one = read_one_camera(path("rig.yaml") + ":a-left");
+  const auto notes = write_camera_file(folder_ / "one.yaml", one, "tagcal");
+  EXPECT_EQ(std::ranges::count(notes, "dropped: the warnings of the rig"), 1);
+}
+
 // The words of a line between single spaces, as COLMAP splits it.
 std::vector<std::string> words_of(const std::string& line) {
   std::vector<std::string> words;

@@ -82,6 +82,24 @@ void note_aspect(const ImageSize& from, const ImageSize& to, std::vector<std::st
   if (std::ranges::find(notes, note) == notes.end()) notes.push_back(note);
 }
 
+// What IN says of the lenses that --model, --crop or --resize replaces.
+void drop_what_is_of_other_lenses(CameraFile& file, const Arguments& arguments) {
+  if (arguments.model.model.empty() && arguments.crop.empty() && arguments.resize.empty()) return;
+  bool has_findings = !file.findings.empty();
+  file.findings.clear();
+  for (FileCamera& camera : file.cameras) {
+    has_findings = has_findings || !camera.calibration.findings.empty();
+    camera.calibration.findings.clear();
+  }
+  if (has_findings)
+    file.notes.emplace_back(
+        "dropped: the warnings of the calibration, which belong to the lenses of IN");
+  if (file.rig_covariance.size() > 0)
+    file.notes.emplace_back(
+        "dropped: the covariance of the rig, which belongs to the lenses of IN");
+  file.rig_covariance.resize(0, 0);
+}
+
 // The cameras of pictures that are a part of those of the file, or scaled, or both in this order.
 void cut_and_scale(CameraFile& file, const Arguments& arguments) {
   if (arguments.crop.empty() && arguments.resize.empty()) return;
@@ -213,6 +231,7 @@ int run(const Arguments& arguments) {
   if (!writes_folder(arguments, format)) check_text_writable(arguments.out);
   CameraFile file = read_cameras(arguments, format);
   add_image_size(file, arguments);
+  drop_what_is_of_other_lenses(file, arguments);
   cut_and_scale(file, arguments);
   if (!fit_models(file, arguments.in, arguments.model, arguments.out)) return kCheckFailed;
   if (!arguments.poses.empty()) {

@@ -101,12 +101,15 @@ const FileCamera& only_camera(const CameraFile& file, std::string_view format) {
 }
 
 void note_no_uncertainty(const CameraFile& file, std::vector<std::string>& notes) {
+  bool has_uncertainty = file.rig_covariance.size() > 0, has_findings = !file.findings.empty();
   for (const FileCamera& camera : file.cameras) {
     const CalibrationFile& c = camera.calibration;
-    if (c.sigmas.empty() && c.covariance.size() == 0 && c.seen.hull().empty()) continue;
-    notes.emplace_back("dropped: standard deviations, covariance and seen region");
-    return;
+    has_uncertainty |= !c.sigmas.empty() || c.covariance.size() > 0 || !c.seen.hull().empty();
+    has_findings |= !c.findings.empty();
   }
+  if (has_uncertainty)
+    notes.emplace_back("dropped: standard deviations, covariance and seen region");
+  if (has_findings) notes.emplace_back("dropped: the warnings of the calibration");
 }
 
 void note_no_rig(const CameraFile& file, std::vector<std::string>& notes) {

@@ -82,6 +82,8 @@ std::string findings_yaml(const std::vector<Finding>& findings) {
     codes.push_back(finding.code);
     severities.emplace_back(severity_name(finding.severity));
   }
+  // Those of older files have no codes, and an empty text is no code.
+  while (!codes.empty() && codes.back().empty()) codes.pop_back();
   return texts_yaml("warnings", sentences(findings)) + texts_yaml("warning_codes", codes) +
          texts_yaml("warning_severities", severities);
 }
@@ -114,7 +116,8 @@ std::string calibration_keys(CalibrationFile calibration) {
                      fmt::format("model: {}\n", text_yaml(calibration.model));
   if (calibration.camera_error_px)
     text += fmt::format("camera_error_px: {}\n", number_yaml(*calibration.camera_error_px));
-  return text + uncertainty_yaml(calibration) + seen_yaml(calibration.seen);
+  text += uncertainty_yaml(calibration) + seen_yaml(calibration.seen);
+  return calibration.findings.empty() ? text : text + findings_yaml(calibration.findings);
 }
 
 // Lines as one item of a list.
@@ -126,6 +129,39 @@ std::string as_item(const std::string& lines) {
     at = end;
   }
   return text;
+}
+
+// The rig without its covariance; no value if a camera has no place.
+std::optional<KnownRig> known_rig_of(const CameraFile& file) {
+  KnownRig rig;
+  for (const FileCamera& camera : file.cameras) {
+    if (!camera.camera_from_rig) return std::nullopt;
+    rig.cameras.push_back({"", uncertain_camera(camera.calibration), *camera.camera_from_rig, {}});
+  }
+  return rig;
+}
+
+// The joint covariance as `tagcal rig` writes it: without the place of the reference. A note if the
+// cameras are not those that it is of.
+std::string rig_covariance_yaml(const CameraFile& file, std::vector<std::string>& notes) {
+  const MatrixX& all = file.rig_covariance;
+  if (all.size() == 0) return "";
+  const std::optional<KnownRig> rig = known_rig_of(file);
+  const auto reference = rig ? rig->reference() : std::nullopt;
+  if (!reference || rig->first_of_lens(rig->cameras.size()) != all.rows()) {
+    notes.emplace_back("dropped: the covariance of the rig, which is of other places or lenses");
+    return "";
+  }
+  std::vector<Eigen::Index> kept;
+  for (Eigen::Index i = 0; i < all.rows(); ++i)
+    if (i / 6 != static_cast<Eigen::Index>(*reference)) kept.push_back(i);
+  return matrix_yaml("joint_covariance", all(kept, kept));
+}
+
+std::string rig_keys(const CameraFile& file, std::vector<std::string>& notes) {
+  return (file.rig_is_imu ? "rig_frame: imu\n" : "") + cameras_yaml(file.cameras) +
+         rig_covariance_yaml(file, notes) +
+         (file.findings.empty() ? "" : findings_yaml(file.findings));
 }
 
 }  // namespace
@@ -157,12 +193,9 @@ bool has_rig_keys(const YamlValue& top) {
 // the rig, and without those of boards.
 void read_rig_covariance(const YamlValue& value, CameraFile& file) {
   const Eigen::MatrixXd joint = read_matrix(value);
-  KnownRig rig;
-  for (const FileCamera& camera : file.cameras) {
-    if (!camera.camera_from_rig) value.fail_plainly("needs camera_from_rig of all cameras");
-    rig.cameras.push_back({"", uncertain_camera(camera.calibration), *camera.camera_from_rig, {}});
-  }
-  const Eigen::Index size = rig.first_of_lens(rig.cameras.size()) - 6;
+  std::optional<KnownRig> rig = known_rig_of(file);
+  if (!rig) value.fail_plainly("needs camera_from_rig of all cameras");
+  const Eigen::Index size = rig->first_of_lens(rig->cameras.size()) - 6;
   const Eigen::Index of_boards = joint.rows() - size;
   if (joint.rows() != joint.cols() || of_boards < 0 || of_boards % 6 != 0)
     value.fail_plainly(
@@ -170,10 +203,10 @@ void read_rig_covariance(const YamlValue& value, CameraFile& file) {
                     joint.rows(), joint.cols()));
   if (const std::string defect = covariance_defect(joint); !defect.empty())
     value.fail_plainly(defect);
-  if (!rig.reference())
+  if (!rig->reference())
     value.fail_plainly("needs a camera whose camera_from_rig is the identity: the reference");
-  rig.set_joint_covariance(joint);
-  file.rig_covariance = rig.covariance;
+  rig->set_joint_covariance(joint);
+  file.rig_covariance = rig->covariance;
 }
 
 CameraFile read_rig_cameras(const YamlValue& top) {
@@ -215,8 +248,7 @@ FormatOutput write_tagcal(const CameraFile& file) {
   const bool is_rig = file.cameras.size() > 1;
   std::string text =
       "%YAML:1.0\n---\n" +
-      (is_rig ? (file.rig_is_imu ? "rig_frame: imu\n" : "") + cameras_yaml(file.cameras)
-              : calibration_keys(file.cameras.front().calibration));
+      (is_rig ? rig_keys(file, output.notes) : calibration_keys(file.cameras.front().calibration));
   if (!file.poses.empty()) text += "views:\n";
   std::set<std::string> names;
   for (std::size_t i = 0; i < file.poses.size(); ++i)
@@ -224,6 +256,8 @@ FormatOutput write_tagcal(const CameraFile& file) {
             pose_lines(file.poses[i].camera_from_world, "") +
             (is_rig ? fmt::format("     camera: {}\n", file.poses[i].camera) : "");
   if (!is_rig) note_no_rig(file, output.notes);
+  if (!is_rig && !file.findings.empty())
+    output.notes.emplace_back("dropped: the warnings of the rig");
   output.files = {{"", text}};
   return output;
 }
