@@ -103,11 +103,17 @@ TEST_F(CliReproject, ShowsABoardFromAbove) {
 
   // By the pose of the calibration's own view.
   ASSERT_EQ(run("calibrate " + path("set") + " --out " + path("fit.yaml")).exit_code, 0);
-  ASSERT_EQ(run(with("--plane --view 000.png --m-per-px 0.0005 --rectangle 0,0,0.06,0.06 --out " +
-                         path("top2"),
-                     "fit.yaml"))
-                .exit_code,
-            0);
+  const std::string by_view = "--plane --view 000.png --m-per-px 0.0005 ";
+  const Outcome two =
+      run(with(by_view + "--rectangle 0,0,0.06,0.06 --maps --out " + path("top2"), "fit.yaml") +
+          picture("001.png"));
+  ASSERT_EQ(two.exit_code, 0) << two.err;
+  EXPECT_NE(two.err.find(", map.npy, 100.0 % seen"), std::string::npos) << two.err;
+  EXPECT_NE(slurp(root() / "top2/map.npy").find("'shape': (120, 120, 2)"), std::string::npos);
+  const Outcome beside =
+      run(with(by_view + "--rectangle 50,0,50.01,0.01 --out " + path("beside"), "fit.yaml"));
+  EXPECT_NE(beside.err.find("\ntagcal: warning: the camera sees nothing of it"), std::string::npos)
+      << beside.err;
   const Image8 again = read_image(root() / "top2/000.png");
   int different = 0;
   for (int y = 0; y < 120; ++y)

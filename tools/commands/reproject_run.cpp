@@ -165,7 +165,8 @@ void ReprojectRun::write_target(const fs::path& folder, std::size_t t) {
   fs::create_directories(place);
   write_whole(place / target_file_name(target.target),
               target_yaml(target.target, poses_[t], arguments_.camera));
-  if (arguments_.task.plane && poses_[t].size() > 1) return;  // a mask and a map for each pose
+  // Of a target each picture has its own pose, mask and map; that of --view is one for all.
+  if (arguments_.view.empty() && poses_[t].size() > 1) return;
   const Reprojection chain{camera_, target.target, poses_[t].front().second};
   if (arguments_.maps)
     write_whole(place / "map.npy", map_npy(pixel_map(chain, arguments_.threads)));
@@ -198,7 +199,7 @@ void ReprojectRun::say_report() const {
         fmt::format("{}, {} ({}){}{}", count_text(count), target_file_name(targets_[t].target),
                     described(targets_[t].target), arguments_.maps ? ", map.npy" : "",
                     shares_[t] >= 0 ? fmt::format(", {:.1f} % seen", 100 * shares_[t]) : ""));
-    if (shares_[t] == 0) print_to_stderr("warning: the camera sees nothing of it\n");
+    if (shares_[t] == 0) print_to_stderr("tagcal: warning: the camera sees nothing of it\n");
   }
 }
 
