@@ -80,6 +80,23 @@ TEST_F(CliRig, PicturesToARigFile) {
   EXPECT_EQ(checks["cameras"][1]["opencv_agrees"], true);
   EXPECT_GT(checks["places"][0]["place"][3]["sigma"].get<double>(), 0);
 
+  // The corners of files, instead of those of the data set.
+  const std::string exact =
+      path("rig/left/observations_exact.csv") + "," + path("rig/right/observations_exact.csv");
+  const std::string validate =
+      "validate " + path("rig.yaml") + " --dataset " + path("rig") + " --observations ";
+  const std::string corners = slurp(root() / "rig/left/observations_exact.csv");
+  spill(root() / "few.csv", corners.substr(0, corners.find("001.png")));
+  const Json few =
+      Json::parse(run(validate + path("few.csv") + exact.substr(exact.find(',')) + " --json").out);
+  EXPECT_EQ(few["cameras"][0]["num_views"], 1);
+  EXPECT_EQ(few["cameras"][1]["num_views"], 12);
+  expect_bad_input(validate + path("no.csv") + "," + path("no.csv"), {"no.csv"});
+  expect_bad_input(validate + path("few.csv"), {"--observations: needs a file for each of the 2"});
+  EXPECT_EQ(run("rig " + path("rig") + " --observations " + exact).exit_code, 0);
+  expect_bad_input("rig " + path("rig") + " --target " + path("rig/target.yaml"),
+                   {"--target: ", "is a data set, which names its own boards"});
+
   // Other commands take a camera of the file, and other programs' formats its places.
   EXPECT_EQ(run("diff " + path("rig.yaml") + ":left " + path("rig.yaml") + ":left").exit_code, 0);
   ASSERT_EQ(

@@ -14,6 +14,7 @@
 #include "job/outputs.hpp"
 #include "job/shutter.hpp"
 #include "tagcal/error.hpp"
+#include "tagcal/io/dataset_file.hpp"
 #include "tagcal/io/rig_file.hpp"
 #include "tagcal/io/target_file.hpp"
 #include "tagcal/scene/rig_pairing.hpp"
@@ -102,9 +103,34 @@ std::vector<fs::path> files_of(const RigFolder& folder) {
   return all;
 }
 
+void check_number_of_corners(const RigInputArguments& arguments, std::size_t num_cameras) {
+  if (!arguments.corners.empty() && arguments.corners.size() != num_cameras)
+    throw Error(fmt::format("--observations: needs a file for each of the {} cameras, got {}",
+                            num_cameras, arguments.corners.size()));
+}
+
+// --observations instead of what the data set has.
+void replace_observations(const RigInputArguments& arguments, RigFolder& folder) {
+  check_number_of_corners(arguments, folder.files.size());
+  if (arguments.corners.empty()) return;
+  for (std::size_t c = 0; c < folder.files.size(); ++c) {
+    RigCamera& camera = folder.rig.cameras[c];
+    RigCameraFiles& files = folder.files[c];
+    files.observations = arguments.corners[c];
+    folder.texts.push_back(files.observations);
+    camera.data.views = read_observations(files.observations, camera.data.boards, &folder.warnings);
+    if (!files.times_s.empty()) camera.times_s = times_of(camera.data.views, files);
+  }
+  folder.rig.instants.clear();
+}
+
 // A data set with the key rig.
 RigInput read_data_set(const RigInputArguments& arguments) {
-  RigFolder folder = read_rig_folder(arguments.input.inputs.front());
+  const std::string& name = arguments.input.inputs.front();
+  if (!arguments.targets.empty())
+    throw Error(fmt::format("--target: {} is a data set, which names its own boards", name));
+  RigFolder folder = read_rig_folder(name);
+  replace_observations(arguments, folder);
   check_outputs(arguments, files_of(folder));
   print_warnings(folder.warnings);
   RigInput result;
@@ -173,9 +199,7 @@ RigInput read_rig(const RigInputArguments& arguments) {
   const std::vector<std::string>& inputs = arguments.input.inputs;
   if (inputs.size() == 1 && is_rig_folder(inputs.front())) return read_data_set(arguments);
   const std::vector<std::string> names = names_of_folders(inputs);
-  if (!arguments.corners.empty() && arguments.corners.size() != inputs.size())
-    throw Error(fmt::format("--observations: needs a file for each of the {} cameras, got {}",
-                            inputs.size(), arguments.corners.size()));
+  check_number_of_corners(arguments, inputs.size());
   RigInput result;
   for (std::size_t c = 0; c < inputs.size(); ++c) {
     Input input = camera_input(arguments, c);

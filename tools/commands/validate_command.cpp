@@ -35,6 +35,10 @@ struct Arguments {
   bool json = false;
 };
 
+InputArguments input_of(const Arguments& arguments) {
+  return {.inputs = {arguments.dataset}, .observations = arguments.observations};
+}
+
 // Returns true if all requested checks pass.
 bool passes(const Validation& validation, const Arguments& arguments) {
   return validation.opencv_agrees && !(arguments.truth && validation.num_beyond_truth != 0);
@@ -188,9 +192,7 @@ int validate_places(const KnownRig& rig, const RigTruth& truth, RigValidation& a
 }
 
 int run_rig(const Arguments& arguments) {
-  RigInputArguments inputs;
-  inputs.input.inputs = {arguments.dataset};
-  const RigDataset data = read_rig(inputs).rig;
+  const RigDataset data = read_rig(rig_arguments(input_of(arguments), "name", 0)).rig;
   const CameraFile file = read_camera_file(arguments.calibration);
   const KnownRig rig = rig_of(data, file, arguments.calibration);
   if (arguments.truth && !data.truth)
@@ -211,7 +213,7 @@ int run_rig(const Arguments& arguments) {
 int run(const Arguments& arguments) {
   if (is_rig_folder(arguments.dataset)) return run_rig(arguments);
   const CalibrationFile file = read_camera(arguments.calibration);
-  Input input = read_input({.inputs = {arguments.dataset}, .observations = arguments.observations});
+  Input input = read_input(input_of(arguments));
   check_image_size(file.camera.image_size, arguments.calibration, input);
   check_truth(arguments, file, input);
   need_views(input, 0);
@@ -243,7 +245,8 @@ Command add_validate(CLI::App& app) {
       .text("DATASET")
       .required();
   add_option(*command, "--observations", arguments->observations,
-             "corners found before (tagcal detect), instead of those of the data set")
+             "corners found before (tagcal detect), instead of those of the data set; of a rig a "
+             "file for each camera: CSV,CSV")
       .text("CSV");
   add_flag(*command, "--truth", arguments->truth,
            "exit 1 if a parameter is more than 5 standard deviations off the truth");
