@@ -66,13 +66,22 @@ TEST_F(RobotPosesFile, HasTumAndRos) {
 
 TEST_F(RobotPosesFile, ReadsViSPsFilesInTheOrderOfTheirNumbers) {
   const std::string rest = "]\n  - [0.2]\n  - [0.3]\n  - [0]\n  - [0]\n  - [0.5235987756]\n";
-  for (const int i : {1, 2, 10})
-    write("pose_rPe_" + std::to_string(i) + ".yaml",
+  const std::vector<std::string> numbers = {
+      "0",
+      "1",
+      "02",
+      "10",
+      "2147483647",
+      "2147483648",
+      "99999999999999999998",
+      "99999999999999999999"};  // beyond those of int and of 64 bits
+  for (std::size_t i = 0; i < numbers.size(); ++i)
+    write("pose_rPe_" + numbers[i] + ".yaml",
           "rows: 6\ncols: 1\ndata:\n  - [" + std::to_string(i) + rest);
   const RobotPoses poses = read_robot_poses(folder_);
-  ASSERT_EQ(poses.base_from_hand.size(), 3u);
-  EXPECT_EQ(poses.base_from_hand[1].translation().x(), 2);
-  EXPECT_EQ(poses.base_from_hand[2].translation().x(), 10);
+  ASSERT_EQ(poses.base_from_hand.size(), numbers.size());
+  for (std::size_t i = 0; i < numbers.size(); ++i)
+    EXPECT_EQ(poses.base_from_hand[i].translation().x(), static_cast<double>(i)) << numbers[i];
 }
 
 TEST_F(RobotPosesFile, RefusesBadTables) {

@@ -141,13 +141,14 @@ RobotPoses read_pose_files(const fs::path& folder) {
 
 }  // namespace
 
-std::pair<int, std::string> order_of_numbers(const fs::path& file) {
+std::tuple<std::size_t, std::string, std::string> order_of_numbers(const fs::path& file) {
   const std::string name = file.stem().string();
   const std::size_t end = name.find_last_of("0123456789");
-  if (end == name.npos) return {0, name};
+  if (end == name.npos) return {0, "", name};
   const std::size_t before = name.find_last_not_of("0123456789", end);
-  const std::size_t first = before == name.npos ? 0 : before + 1;
-  return {parse_whole(std::string_view(name).substr(first, end + 1 - first)).value_or(0), name};
+  std::string digits = name.substr(before + 1, end - before);  // npos + 1 is 0
+  digits.erase(0, digits.find_first_not_of('0'));
+  return {digits.size(), digits, name};
 }
 
 RobotPoses read_robot_poses(const fs::path& file, const std::string& columns) {

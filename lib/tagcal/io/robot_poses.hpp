@@ -2,7 +2,7 @@
 
 #include <filesystem>
 #include <string>
-#include <utility>
+#include <tuple>
 #include <vector>
 
 #include "tagcal/geometry/pose.hpp"
@@ -37,7 +37,9 @@ struct RobotPoses {
 // rotation, a picture with two poses, times that do not increase.
 RobotPoses read_robot_poses(const std::filesystem::path& file, const std::string& columns = "");
 
-// The last number in the name of a file (0: none), and the name: orders pose_2 before pose_10.
-std::pair<int, std::string> order_of_numbers(const std::filesystem::path& file);
+// The number of digits of the last number in the name of a file (without zeros in front; 0: none),
+// these digits, and the name: orders pose_2 before pose_10, for numbers of any length.
+std::tuple<std::size_t, std::string, std::string> order_of_numbers(
+    const std::filesystem::path& file);
 
 }  // namespace tagcal
