@@ -145,6 +145,7 @@ TEST_F(CliReport, TakesTheOptionsOfPictures) {
   const Json data = data_of(report(path("camera.yaml") + " " + pictures + " --refinement edges"));
   EXPECT_EQ(data["views"].size(), 5u);
   expect_bad_input(report(path("camera.yaml") + " --exclude 000.png"), {"--exclude", "--dataset"});
+  expect_bad_input(report(path("camera.yaml") + " --frames every:3"), {"--frames", "--dataset"});
 }
 
 std::string from_base64(const std::string& text) {

@@ -43,10 +43,11 @@ void check_usage(const Arguments& arguments) {
   if (data.target.empty() && data.inputs.size() > 1)
     throw Error(fmt::format("{}: two calibrations at most are compared (pictures need --target)",
                             data.inputs[1]));
-  const bool has_options =
-      data.tag_size_m > 0 || !data.refinement.empty() || !data.excluded.empty() || data.strict;
+  const bool has_options = data.tag_size_m > 0 || !data.refinement.empty() ||
+                           !data.excluded.empty() || !data.frames.empty() || data.strict;
   if (has_options && !has_data(arguments))
-    throw Error("--tag-size, --refinement, --exclude, --strict: need --dataset or --target");
+    throw Error(
+        "--tag-size, --refinement, --exclude, --frames, --strict: need --dataset or --target");
   if (!data.observations.empty() && arguments.dataset.empty())
     throw Error("--observations: needs --dataset");
   if (data.target.empty() && !data.inputs.empty() && !arguments.dataset.empty())
