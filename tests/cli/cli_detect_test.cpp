@@ -1,6 +1,7 @@
 // tagcal detect --explain and --draw, from outside.
 #include "cli_fixture.hpp"
 #include "job/warning_groups.hpp"
+#include "report/findings.hpp"
 #include "tagcal/io/image_file.hpp"
 
 namespace tagcal::tools {
@@ -139,6 +140,16 @@ TEST(WarningGroups, OfFindingsKeepCodeAndSeverity) {
   EXPECT_EQ(groups[0].sentence, "a.png: not used; and 3 more like it: b.png, c.png, ..");
   EXPECT_EQ(groups[0].code, "view_unused");
   EXPECT_EQ(groups[1].severity, Severity::note);
+}
+
+TEST(WarningGroups, TheVerdictCountsTheLines) {
+  std::vector<Finding> findings = {{"input", Severity::note, "a.png: is left out"}};
+  EXPECT_EQ(ok_text(findings), "OK: ");
+  for (const char* name : {"a", "b", "c", "d"})
+    findings.push_back({"view_unused", Severity::warning, std::string(name) + ".png: not used"});
+  EXPECT_EQ(ok_text(findings), "OK, 1 warning: ");
+  findings.push_back({"coverage", Severity::warning, "no corners in the lower left corner"});
+  EXPECT_EQ(ok_text(findings), "OK, 2 warnings: ");
 }
 
 }  // namespace

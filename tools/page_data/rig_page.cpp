@@ -12,6 +12,7 @@
 #include "page_data/content_from_file.hpp"
 #include "page_data/page_parts.hpp"
 #include "page_data/rig_picture.hpp"
+#include "report/findings.hpp"
 #include "report/json_parts.hpp"
 #include "report/rig_report.hpp"
 #include "tagcal/error.hpp"

@@ -11,24 +11,12 @@
 #include "draw/uncertainty_picture.hpp"
 #include "job/shown_parameters.hpp"
 #include "job/terminal.hpp"
-#include "job/warning_groups.hpp"
 #include "report/dropped_corners.hpp"
 #include "report/findings.hpp"
 #include "tagcal/estimate/findings.hpp"
 
 namespace tagcal::tools {
 namespace {
-
-std::string number_of_warnings(std::span<const Finding> findings) {
-  const auto count = static_cast<std::size_t>(
-      std::ranges::count(in_groups(findings), Severity::warning, &Finding::severity));
-  return count == 0 ? "" : ", " + counted(count, "warning");
-}
-
-std::string reason_for_no_answer(const Calibration& calibration) {
-  const Finding* const reason = reason_of(calibration.findings);
-  return reason == nullptr ? std::string(status_name(calibration.status)) : reason->sentence;
-}
 
 // "opencv4 (chosen), 12 pictures, 1728 corners, rms 0.21 px"
 std::string extent_of(const Calibration& calibration, bool chosen) {
@@ -38,15 +26,6 @@ std::string extent_of(const Calibration& calibration, bool chosen) {
   return fmt::format("{}, {}, {}, rms {} px", model, counted(calibration.views.size(), "picture"),
                      counted(static_cast<std::size_t>(calibration.num_corners), "corner"),
                      two_digits(calibration.rms_px));
-}
-
-std::string verdict_text(const Calibration& calibration, bool chosen) {
-  if (!is_answer(calibration.status))
-    return wrapped(toned(Tone::bad, "NO ANSWER:") + " ", reason_for_no_answer(calibration), 2);
-  const std::string warnings = number_of_warnings(calibration.findings);
-  return fmt::format("{}{}: {}\n", toned(Tone::good, "OK"),
-                     warnings.empty() ? "" : toned(Tone::caution, warnings),
-                     extent_of(calibration, chosen));
 }
 
 // "fx    902.496 +- 0.012"
@@ -232,8 +211,9 @@ std::string readout_text(const Readout& readout) {
 }
 
 std::string verdict_sentence(const Calibration& calibration, bool chosen) {
-  if (!is_answer(calibration.status)) return "NO ANSWER: " + reason_for_no_answer(calibration);
-  return "OK" + number_of_warnings(calibration.findings) + ": " + extent_of(calibration, chosen);
+  if (!is_answer(calibration.status))
+    return no_answer_text(calibration.status, calibration.findings);
+  return ok_text(calibration.findings) + extent_of(calibration, chosen);
 }
 
 std::string halves_text(const HalvesCheck& halves) {
@@ -264,7 +244,8 @@ std::string advice_sentence(const std::optional<AdvisedView>& advice) {
 std::string calibration_summary(const CalibrationAnswer& answer, const SummaryOptions& options) {
   const Calibration& calibration = answer.calibration;
   const bool answered = is_answer(calibration.status);
-  std::string text = verdict_text(calibration, options.chosen);
+  std::string text = verdict_lines(verdict_sentence(calibration, options.chosen),
+                                   calibration.status, calibration.findings);
   text += findings_text(without_reason(calibration.findings), "");
   if (calibration.camera && answered) text += camera_table(calibration);
   text += fixed_text(calibration.fixed) + scales_text(calibration);

@@ -40,4 +40,23 @@ std::string findings_text(std::span<const Finding> findings, const std::string& 
   return text;
 }
 
+std::string ok_text(std::span<const Finding> findings) {
+  const auto count = static_cast<std::size_t>(
+      std::ranges::count(in_groups(findings), Severity::warning, &Finding::severity));
+  return count == 0 ? "OK: " : "OK, " + counted(count, "warning") + ": ";
+}
+
+std::string no_answer_text(Status status, std::span<const Finding> findings) {
+  const Finding* const reason = reason_of(findings);
+  return "NO ANSWER: " + (reason ? reason->sentence : std::string(status_name(status)));
+}
+
+std::string verdict_lines(const std::string& verdict, Status status,
+                          std::span<const Finding> findings) {
+  const std::size_t end = verdict.find(": ") + 1;
+  const bool warns = std::ranges::count(findings, Severity::warning, &Finding::severity) > 0;
+  const Tone tone = !is_answer(status) ? Tone::bad : warns ? Tone::caution : Tone::good;
+  return wrapped(toned(tone, verdict.substr(0, end)) + " ", verdict.substr(end + 1), 2);
+}
+
 }  // namespace tagcal::tools

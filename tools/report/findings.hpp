@@ -20,4 +20,11 @@ std::string findings_text(std::span<const Finding> findings, const std::string& 
 const Finding* reason_of(std::span<const Finding> findings);
 std::vector<Finding> without_reason(std::span<const Finding> findings);
 
+// The starts of a verdict, "OK: " or "OK, 2 warnings: " (as many as findings_text has lines), and
+// "NO ANSWER: .." with the reason; and the lines of a verdict, which begins with one of the two.
+std::string ok_text(std::span<const Finding> findings);
+std::string no_answer_text(Status status, std::span<const Finding> findings);
+std::string verdict_lines(const std::string& verdict, Status status,
+                          std::span<const Finding> findings);
+
 }  // namespace tagcal::tools

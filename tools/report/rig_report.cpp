@@ -123,25 +123,6 @@ Json rig_pair_json(const RigCalibration& rig, const RigPair& pair) {
 
 }  // namespace
 
-std::string ok_text(std::span<const Finding> findings) {
-  const auto warnings = std::ranges::count(findings, Severity::warning, &Finding::severity);
-  return warnings == 0 ? "OK: "
-                       : "OK, " + counted(static_cast<std::size_t>(warnings), "warning") + ": ";
-}
-
-std::string no_answer_text(Status status, std::span<const Finding> findings) {
-  const Finding* const reason = reason_of(findings);
-  return "NO ANSWER: " + (reason ? reason->sentence : std::string(status_name(status)));
-}
-
-std::string verdict_lines(const std::string& verdict, Status status,
-                          std::span<const Finding> findings) {
-  const std::size_t end = verdict.find(": ") + 1;
-  const bool warns = std::ranges::count(findings, Severity::warning, &Finding::severity) > 0;
-  const Tone tone = !is_answer(status) ? Tone::bad : warns ? Tone::caution : Tone::good;
-  return wrapped(toned(tone, verdict.substr(0, end)) + " ", verdict.substr(end + 1), 2);
-}
-
 std::string rig_verdict(const RigCalibration& rig) {
   if (!is_answer(rig.status)) return no_answer_text(rig.status, rig.findings);
   return fmt::format("{}{}, {}, {}, rms {} px", ok_text(rig.findings),

@@ -13,13 +13,9 @@ namespace tagcal::tools {
 std::string rig_summary(const RigCalibration& rig, std::size_t reference);
 
 // Parts of it, as the page and hand-eye have them too: "OK, 2 warnings: 2 cameras, .." or "NO
-// ANSWER: ..", its two starts, and the lines of a verdict; the place of a camera, "-109.99 +- 0.16"
-// along x, y, z in mm, then its rotation (axis times angle) in degrees; what a pair says.
+// ANSWER: .."; the place of a camera, "-109.99 +- 0.16" along x, y, z in mm, then its rotation
+// (axis times angle) in degrees; what a pair says.
 std::string rig_verdict(const RigCalibration& rig);
-std::string ok_text(std::span<const Finding> findings);
-std::string no_answer_text(Status status, std::span<const Finding> findings);
-std::string verdict_lines(const std::string& verdict, Status status,
-                          std::span<const Finding> findings);
 std::vector<std::string> place_texts(const Pose& camera_from_rig, const Matrix6& covariance);
 std::string place_lines(const std::string& title, const Pose& camera_from_rig,
                         const Matrix6& covariance);
