@@ -7,6 +7,7 @@
 
 #include "study/harness/csv.hpp"
 #include "study/harness/study.hpp"
+#include "study/quantile.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/text_file.hpp"
 
@@ -74,6 +75,13 @@ TEST(Harness, ResumesFromItsFileAndGivesTheSameBytes) {
   StudyOptions others = options_of(7, file);
   others.named["model"] = "f";
   EXPECT_THROW(run_study(study, others), Error);
+}
+
+TEST(Harness, NothingIsWithinACovarianceThatIsNotPositive) {
+  const Eigen::Vector2d error(3, 4);
+  EXPECT_DOUBLE_EQ(squared_distance(error, Eigen::Vector2d(9, 4).asDiagonal()), 5);
+  EXPECT_EQ(squared_distance(error, Eigen::Vector2d(-9, -4).asDiagonal()), HUGE_VAL);
+  EXPECT_EQ(squared_distance(error, Eigen::Matrix2d::Constant(std::nan(""))), HUGE_VAL);
 }
 
 TEST(Harness, FieldsOfCsv) {

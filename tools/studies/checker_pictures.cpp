@@ -1,10 +1,10 @@
 #include "checker_pictures.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "study/quantile.hpp"
 #include "study/study_threads.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/calibrate.hpp"
@@ -243,8 +243,7 @@ Values checker_row(const std::string& method, const ExactCorners& exact, const F
       continue;
     }
     ++right, squares += error.squaredNorm() / 2;
-    if (seen.covariance_px2)
-      ++claims, nees += error.dot(seen.covariance_px2->inverse() * error) / 2;
+    if (seen.covariance_px2) ++claims, nees += squared_distance(error, *seen.covariance_px2) / 2;
   }
   const auto all = static_cast<double>(exact.size());
   return {method,

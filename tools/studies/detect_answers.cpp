@@ -9,7 +9,6 @@
 // of the others the sum of squared errors, the number with a covariance and the sum of their
 // squared Mahalanobis distances, and how many of them are beyond five standard deviations.
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <filesystem>
 #include <functional>
@@ -21,6 +20,7 @@
 #include "studies/studies.hpp"
 #include "studies/worlds/draw.hpp"
 #include "studies/worlds/record.hpp"
+#include "study/quantile.hpp"
 #include "tagcal/detect/families.hpp"
 #include "tagcal/io/image_file.hpp"
 #include "tagcal/io/target_file.hpp"
@@ -54,7 +54,7 @@ Values row_of(const Picture& picture, const FoundCorners& seen) {
     const Eigen::Vector2d error = o.pixel - truth->second;
     squares += error.squaredNorm();
     if (!o.covariance_px2) continue;
-    const double square = error.dot(o.covariance_px2->inverse() * error);
+    const double square = squared_distance(error, *o.covariance_px2);
     ++claimed;
     distances += square;
     beyond += square > kFiveSigma2 * kFiveSigma2;

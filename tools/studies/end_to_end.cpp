@@ -8,7 +8,6 @@
 // in units of it.
 
 #include <fmt/format.h>
-#include <Eigen/LU>
 
 #include <memory>
 
@@ -81,7 +80,7 @@ struct CornerErrors {
     distances.push_back(error.norm());
     squares += error.squaredNorm() / 2;
     if (!o.covariance_px2) return;
-    const double square = error.dot(o.covariance_px2->inverse() * error), d = std::sqrt(square);
+    const double square = squared_distance(error, *o.covariance_px2), d = std::sqrt(square);
     ++claims, nees += square / 2;
     beyond_3 += d > 3, beyond_5 += d > 5;
     if (d <= largest) return;

@@ -1,9 +1,9 @@
-#include <Eigen/LU>
 #include <cmath>
 #include <map>
 
 #include "measure.hpp"
 #include "study/processor_time.hpp"
+#include "study/quantile.hpp"
 #include "tagcal/detect/detector.hpp"
 #include "tagcal/detect/families.hpp"
 #include "tagcal/scene/render.hpp"
@@ -47,10 +47,7 @@ void judge_corner(const Observation& o, const Eigen::Vector2d& truth, Record& r)
   const Eigen::Vector2d error = o.pixel - truth;
   r.corner_worst_px = std::max(r.corner_worst_px, error.norm());
   if (!o.covariance_px2) return;
-  const Eigen::Matrix2d covariance = *o.covariance_px2;
-  const double square = error.dot(covariance.inverse() * error);
-  // Nothing is within a covariance that is not positive.
-  const double distance = square >= 0 ? std::sqrt(square) : HUGE_VAL;
+  const double distance = std::sqrt(study::squared_distance(error, *o.covariance_px2));
   r.corners_beyond += distance > kFiveSigma2;
   r.corner_squares += distance * distance;
   r.corner_worst = std::max(r.corner_worst, distance);
