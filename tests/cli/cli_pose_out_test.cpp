@@ -149,6 +149,8 @@ TEST_F(CliPoseOut, BadNamesAreOneLine) {
     EXPECT_EQ(std::ranges::count(out.err, '\n'), 1) << out.err;
   };
   refuses(pose("p.txt"), "--out: must end in .csv, .json, .tum or .mcap");
+  const std::string camera = " --camera " + path("set/truth.yaml");
+  refuses(run("pose " + path("set") + camera + " --out -"), "--out: - is standard output");
   refuses(pose("a.mcap"), "a.mcap");
   refuses(pose("none/p.csv"), "none");
   const std::string images = path("set/images");

@@ -323,8 +323,7 @@ void add_estimate_and_outputs(CLI::App& command, Arguments& arguments) {
       .text("DIR");
   add_option(command, "--out", arguments.out,
              "file for the poses: .csv, .json, .tum, or .mcap for Foxglove and rerun")
-      .text("FILE")
-      .writes_text();
+      .text("FILE");
   add_flag(command, "--verbose", arguments.verbose, "also print the rotations and the noise");
   add_flag(command, "--json", arguments.json, "one JSON object on stdout");
   add_threads(command, arguments.threads);
