@@ -3,10 +3,12 @@
 #include <unistd.h>
 
 #include <cstdlib>
+#include <ctime>
 
 #include "cli_fixture.hpp"
 #include "cli_process.hpp"
 #include "job/terminal.hpp"
+#include "watch/frame_stream.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -139,6 +141,27 @@ TEST_F(CliStreams, NamesDoNotCommandATerminal) {
   const std::string printed = terminal.printed();
   EXPECT_NE(printed.find("a?[2J?.png"), std::string::npos) << printed;
   EXPECT_EQ(printed.find("\033[2J"), std::string::npos);
+}
+
+// Parts end anywhere, and there are many: each byte is looked at once. 16 MiB of these bytes in
+// parts of 1 KiB, each time from the beginning, would take minutes.
+TEST(FrameStream, APictureComesInManyParts) {
+  const std::string start = "\xff\xd8\xff", end = "\xff\xd9";
+  const std::string picture = start + std::string(1 << 24, '\xff') + end;
+  const std::string video = picture + start + end + start;
+  const auto stream = frame_stream(video.substr(0, 64));
+  ASSERT_TRUE(stream);
+  std::vector<std::string> frames;
+  const std::clock_t before = std::clock();
+  for (std::size_t at = 0; at < video.size();) {
+    const std::size_t size = at + 1024 < picture.size() ? 1024 : 1;
+    stream->add(std::string_view(video).substr(at, size));
+    at += size;
+    while (const auto frame = stream->next(false)) frames.push_back(frame->jpeg);
+  }
+  EXPECT_LT(std::clock() - before, 10 * CLOCKS_PER_SEC);
+  EXPECT_TRUE(frames == (std::vector{picture, start + end}));  // not printed
+  EXPECT_EQ(stream->next(true)->jpeg, start);
 }
 
 // A data set whose files are elsewhere, read and written through `..` and symbolic links.

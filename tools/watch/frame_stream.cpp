@@ -27,19 +27,24 @@ class JpegStream : public FrameStream {
     if (bytes_.empty()) return std::nullopt;
     if (!bytes_.starts_with(kJpegStart.substr(0, bytes_.size())))
       throw Error("-: the video on stdin is no longer MJPEG");
-    const std::size_t end = bytes_.find(kJpegEndAndStart);
+    const std::size_t end = bytes_.find(kJpegEndAndStart, searched_);
+    searched_ = std::max(bytes_.size(), kJpegEndAndStart.size()) - kJpegEndAndStart.size();
     if (end == std::string::npos && bytes_.size() > kMostJpegBytes)
       throw Error("-: a picture of more than 64 MiB");
     if (end == std::string::npos && !at_end) return std::nullopt;
     StreamFrame frame;
     frame.jpeg = bytes_.substr(0, end == std::string::npos ? end : end + 2);
     bytes_.erase(0, frame.jpeg.size());
+    searched_ = 0;
     try {
       frame.image = decode_image(frame.jpeg);
     } catch (const Error&) {  // damaged: the camera sends others
     }
     return frame;
   }
+
+ private:
+  std::size_t searched_ = 0;  // no picture ends before: a picture comes in many parts
 };
 
 // https://wiki.multimedia.cx/index.php/YUV4MPEG2
