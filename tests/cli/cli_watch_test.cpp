@@ -336,11 +336,22 @@ TEST_F(Watch, FollowsTheFoldersOfARig) {
   ASSERT_EQ(run("rig " + folders + " --out " + path("same.yaml")).exit_code, 0);
   EXPECT_EQ(slurp(root() / "watched.yaml"), slurp(root() / "same.yaml"));
 
+  // What is to be acted on is said as of one camera.
+  const std::string bytes = slurp(root() / "cameras/left/000.png");
+  for (const char* const copy : {"a", "b", "c", "d", "e", "f"})
+    spill(root() / "cameras/left/copies" / copy, bytes);
+  for (const auto& copy : fs::directory_iterator(root() / "cameras/left/copies"))
+    fs::rename(copy, root() / "cameras/left" / (copy.path().filename().string() + ".png"));
+  spill(root() / "cameras/left/twice.png", bytes + "other bytes behind the same picture");
+  spill(root() / "cameras/left/IMG_1.CR3", "raw");
   launch(folders + " --rig --json --timeout 0.5 --out " + path("watched.yaml"));
   const Outcome json = finished();
   EXPECT_EQ(json.exit_code, 0) << json.err;
   EXPECT_TRUE(json.out.starts_with("{")) << json.out;
-  EXPECT_NE(json.err.find("left: 8 pictures"), std::string::npos) << json.err;
+  for (const char* const part :
+       {"left: 9 pictures", "left: 6 pictures have the same bytes as others",
+        "left/IMG_1.CR3  not read: ", "! left: twice.png: not used, it repeats 000.png"})
+    EXPECT_NE(json.err.find(part), std::string::npos) << part << "\n" << json.err;
 
   fs::remove_all(root() / "cameras/right");
   fs::copy(root() / "cameras/left", root() / "cameras/right");

@@ -74,6 +74,7 @@ RigSession::End RigSession::step() {
     if (!listing && ++camera.missed_looks >= kMissedLooks) return End::gone;
     if (!listing) continue;
     camera.missed_looks = 0;
+    tell(notices_.of_unread_files(camera.folder, camera.name));
     has_changed |= take(camera, camera.follower.look(*listing));
     if (camera.follower.awaits()) last_change_ = std::chrono::steady_clock::now();
   }
@@ -94,7 +95,11 @@ bool RigSession::take(WatchedCamera& camera, const FolderFollower::Events& event
   const int revision = camera.pictures->revision();
   std::size_t num_found = 0, num_corners = 0;
   bool is_renamed = false;  // then it may belong to another instant
-  for (PictureNews& told : camera.pictures->update({events.ready, events.removed})) {
+  std::vector<PictureNews> news = camera.pictures->update({events.ready, events.removed});
+  const std::string repeated = repeated_line(news, camera.name);
+  tell(repeated);
+  for (PictureNews& told : news) {
+    if (told.fate == Fate::repeated && !repeated.empty()) continue;
     if (told.fate == Fate::unreadable &&
         (Interruption::requested() || !camera.follower.postpone(told.name)))
       continue;
@@ -110,6 +115,7 @@ bool RigSession::take(WatchedCamera& camera, const FolderFollower::Events& event
     for (const std::string& warning : told.warnings)
       tell(remark_lines(fmt::format("{}: {}", told.name, warning)));
   }
+  tell(notices_.of_warnings(camera.pictures->general_warnings(), camera.name));
   if (is_first_ && num_found > 0)
     tell(fmt::format("{}: {}, {}\n", camera.name, counted(num_found, "picture"),
                      counted(num_corners, "corner")));
@@ -161,6 +167,8 @@ void RigSession::recalibrate() {
   if (answered && rig_.next)
     text += fmt::format(", places known to {} px", two_digits(rig_.next->sigma_px));
   tell(wrapped(toned(answered ? Tone::good : Tone::caution, "rig") + "  ", text, 6));
+  for (const RigCameraEstimate& camera : rig_.cameras)
+    tell(notices_.of_urgent_findings(camera.own.findings, camera.name));
   tell_next();
 }
 

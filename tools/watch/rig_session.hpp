@@ -67,6 +67,7 @@ class RigSession {
   RigCalibration rig_;
   std::optional<RigDataset> kept_data_;  // of the last answer, as it stands in the file
   RigCalibration kept_;
+  Notices notices_;
   std::string next_;  // the last `next:`, without numbers
 };
 

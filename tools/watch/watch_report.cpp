@@ -8,11 +8,17 @@
 #include <cmath>
 
 #include "job/messages.hpp"
+#include "job/picture_files.hpp"
 #include "job/shown_parameters.hpp"
 #include "job/terminal.hpp"
+#include "tagcal/error.hpp"
+#include "tagcal/estimate/findings.hpp"
+#include "tagcal/io/image_file.hpp"
 
 namespace tagcal::tools {
 namespace {
+
+namespace fs = std::filesystem;
 
 constexpr std::size_t kNameColumns = 14;
 constexpr std::size_t kIndent = 2;
@@ -69,6 +75,31 @@ std::string why_worse(const Standing& now, const Standing& before) {
     return fmt::format("lens models other than {} explain the pictures as well (weight {:.0f} %)",
                        now.model, 100 * now.other_models);
   return "the pictures differ from one another by more than before";
+}
+
+constexpr std::size_t kMostRepeated = 5;  // pictures that are listed, each in its line
+
+bool is_one_of(const Finding& finding, std::initializer_list<FindingCode> codes) {
+  return std::ranges::any_of(codes, [&](const FindingCode& c) { return c.name == finding.code; });
+}
+
+// Tells a warning to act on before more pictures are taken from all others, many of which go away
+// with more pictures: those about one picture by their sentence, those about the target and the way
+// the pictures are taken, whose numbers change, by their code. "": not urgent.
+std::string key_of_urgent(const Finding& finding) {
+  if (is_one_of(finding, {code::view_rejected, code::view_repeated, code::view_unusable,
+                          code::view_mirrored, code::board_moved}))
+    return finding.sentence;
+  const bool is_of_all =
+      is_one_of(finding, {code::tags_misplaced, code::tag_scale, code::flatness_exceeded,
+                          code::print_exceeded, code::board_bend_impossible, code::rows_displaced,
+                          code::rolling_shutter});
+  return is_of_all ? finding.code : "";
+}
+
+// A line's or sentence's beginning, of several cameras.
+std::string start_of(const std::string& camera, const char* separator) {
+  return camera.empty() ? "" : camera + separator;
 }
 
 }  // namespace
@@ -145,9 +176,48 @@ std::string news_line(const PictureNews& news) {
   return "";
 }
 
-std::string not_read_line(const std::string& name, const std::string& why) {
-  return wrapped(name_column(name) + toned(Tone::caution, "not read:") + " ", why,
-                 kNameColumns + 2);
+std::string repeated_line(const std::vector<PictureNews>& news, const std::string& camera) {
+  const auto repeated =
+      static_cast<std::size_t>(std::ranges::count(news, Fate::repeated, &PictureNews::fate));
+  if (repeated <= kMostRepeated) return "";
+  return fmt::format("{}{} pictures have the same bytes as others, and do not count again\n",
+                     start_of(camera, ": "), repeated);
+}
+
+std::string Notices::of_unread_files(const fs::path& folder, const std::string& camera) {
+  std::string text;
+  for (const fs::path& file : files_not_read(folder)) {
+    const std::string name = start_of(camera, "/") + file.filename().string();
+    if (!told_.insert("not read: " + name).second) continue;
+    try {
+      read_image_size(file);
+    } catch (const Error& error) {
+      const std::string message = error.what(), path = file.string() + ": ";
+      text += wrapped(name_column(name) + toned(Tone::caution, "not read:") + " ",
+                      message.starts_with(path) ? message.substr(path.size()) : message,
+                      kNameColumns + 2);
+    }
+  }
+  return text;
+}
+
+std::string Notices::of_warnings(const std::set<std::string>& warnings, const std::string& camera) {
+  std::string text;
+  for (const std::string& warning : warnings)
+    if (const std::string told = start_of(camera, ": ") + warning; told_.insert(told).second)
+      text += remark_lines(told);
+  return text;
+}
+
+std::string Notices::of_urgent_findings(const std::vector<Finding>& findings,
+                                        const std::string& camera) {
+  std::string text;
+  for (const Finding& finding : findings) {
+    const std::string key = key_of_urgent(finding), start = start_of(camera, ": ");
+    if (!key.empty() && told_.insert(start + key).second)
+      text += remark_lines(start + finding.sentence);
+  }
+  return text;
 }
 
 std::string step_line(const Step& step, const Calibration& calibration) {

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <chrono>
+#include <filesystem>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -39,8 +41,23 @@ std::string what_lacks(const Standing& standing, double goal_px);
 // The line of a picture that did not change the calibration.
 std::string news_line(const PictureNews& news);
 
-// The line of a file that is not read, for a reason.
-std::string not_read_line(const std::string& name, const std::string& why);
+// One line for many pictures that repeat others, which then have no lines of their own; "" for few.
+std::string repeated_line(const std::vector<PictureNews>& news, const std::string& camera = "");
+
+// What a session says once. `camera`: of several; "": the only one.
+class Notices {
+ public:
+  // Files that people put beside pictures and that are not read, with what to do.
+  std::string of_unread_files(const std::filesystem::path& folder, const std::string& camera = "");
+  // Warnings about no picture alone.
+  std::string of_warnings(const std::set<std::string>& warnings, const std::string& camera = "");
+  // Findings to act on before more pictures are taken.
+  std::string of_urgent_findings(const std::vector<Finding>& findings,
+                                 const std::string& camera = "");
+
+ private:
+  std::set<std::string> told_;  // sentences, or codes of findings
+};
 
 // What changed a calibration: one picture, or several at once.
 struct Step {

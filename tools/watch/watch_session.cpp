@@ -9,43 +9,19 @@
 
 #include "job/interruption.hpp"
 #include "job/messages.hpp"
-#include "job/picture_files.hpp"
 #include "job/progress.hpp"
 #include "job/terminal.hpp"
 #include "report/calibration_report.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/findings.hpp"
 #include "tagcal/io/calibration_file.hpp"
-#include "tagcal/io/image_file.hpp"
 #include "tagcal/io/text_file.hpp"
 
 namespace tagcal::tools {
 namespace {
 
-namespace fs = std::filesystem;
-
 // After the end of a video: its last picture is ready after two looks (FolderFollower).
 constexpr int kQuietLooks = 2;
-
-constexpr std::size_t kMostRepeated = 5;  // pictures that are listed, each in its line
-
-bool is_one_of(const Finding& finding, std::initializer_list<FindingCode> codes) {
-  return std::ranges::any_of(codes, [&](const FindingCode& c) { return c.name == finding.code; });
-}
-
-// Tells a warning to act on before more pictures are taken from all others, many of which go away
-// with more pictures: those about one picture by their sentence, those about the target and the way
-// the pictures are taken, whose numbers change, by their code. "": not urgent.
-std::string key_of_urgent(const Finding& finding) {
-  if (is_one_of(finding, {code::view_rejected, code::view_repeated, code::view_unusable,
-                          code::view_mirrored, code::board_moved}))
-    return finding.sentence;
-  const bool is_of_all =
-      is_one_of(finding, {code::tags_misplaced, code::tag_scale, code::flatness_exceeded,
-                          code::print_exceeded, code::board_bend_impossible, code::rows_displaced,
-                          code::rolling_shutter});
-  return is_of_all ? finding.code : "";
-}
 
 }  // namespace
 
@@ -82,7 +58,7 @@ WatchSession::End WatchSession::step() {
   const std::optional<FolderListing> listing = list_folder(options_.folder);
   if (listing) {
     missed_looks_ = 0;
-    tell_unread();
+    tell(notices_.of_unread_files(options_.folder));
     const bool has_changed = take(follower_.look(*listing));
     if (has_changed || follower_.awaits()) last_change_ = std::chrono::steady_clock::now();
     quiet_looks_ = has_changed || !has_video_ended() ? 0 : quiet_looks_ + 1;
@@ -123,14 +99,11 @@ bool WatchSession::take(const FolderFollower::Events& events) {
 }
 
 void WatchSession::tell(const std::vector<PictureNews>& news, bool lists_boards) {
-  const auto repeated =
-      static_cast<std::size_t>(std::ranges::count(news, Fate::repeated, &PictureNews::fate));
-  if (repeated > kMostRepeated)
-    tell(fmt::format("{} pictures have the same bytes as others, and do not count again\n",
-                     repeated));
+  const std::string repeated = repeated_line(news);
+  tell(repeated);
   for (const PictureNews& told : news) {
     const bool is_interrupted = told.fate == Fate::unreadable && Interruption::requested();
-    if (is_interrupted || (told.fate == Fate::repeated && repeated > kMostRepeated)) continue;
+    if (is_interrupted || (told.fate == Fate::repeated && !repeated.empty())) continue;
     if (told.fate == Fate::unreadable && !follower_.postpone(told.name)) continue;
     if (told.fate == Fate::wrong_size) follower_.set_aside(told.name);
     std::string text;
@@ -139,8 +112,7 @@ void WatchSession::tell(const std::vector<PictureNews>& news, bool lists_boards)
       text += remark_lines(fmt::format("{}: {}", told.name, warning));
     tell(text);
   }
-  for (const std::string& warning : pictures_.general_warnings())
-    if (told_.insert(warning).second) tell(remark_lines(warning));
+  tell(notices_.of_warnings(pictures_.general_warnings()));
 }
 
 void WatchSession::recalibrate(Step step) {
@@ -165,7 +137,7 @@ void WatchSession::recalibrate(Step step) {
     kept_ = calibration_;
   }
   tell(step_line(step, calibration_));
-  tell_new_warnings();
+  tell(notices_.of_urgent_findings(calibration_.findings));
   if (!meets(standing_, options_.goal_px)) tell_next(advise(dataset, calibration_));
 }
 
@@ -181,27 +153,6 @@ void WatchSession::tell_next(const std::optional<AdvisedView>& advice) {
   next_words_ = std::move(words);
   next_distance_m_ = distance_m;
   tell(text);
-}
-
-// Files that people put beside pictures and that are not read: each once, with what to do.
-void WatchSession::tell_unread() {
-  for (const fs::path& file : files_not_read(options_.folder)) {
-    const std::string name = file.filename().string();
-    if (!told_.insert("not read: " + name).second) continue;
-    try {
-      read_image_size(file);
-    } catch (const Error& error) {
-      const std::string message = error.what(), path = file.string() + ": ";
-      tell(not_read_line(name, message.starts_with(path) ? message.substr(path.size()) : message));
-    }
-  }
-}
-
-void WatchSession::tell_new_warnings() {
-  for (const Finding& finding : calibration_.findings) {
-    const std::string key = key_of_urgent(finding);
-    if (!key.empty() && told_.insert(key).second) tell(remark_lines(finding.sentence));
-  }
 }
 
 std::string WatchSession::end_text(End end) const {

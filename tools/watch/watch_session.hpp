@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -46,8 +45,6 @@ class WatchSession {
   void recalibrate(Step step);
   void tell(const std::string& text) const { tools::tell(text, options_.json); }
   void tell_next(const std::optional<AdvisedView>& advice);
-  void tell_unread();
-  void tell_new_warnings();
   ExitCode finish(End end);
   std::string end_text(End end) const;
 
@@ -63,8 +60,8 @@ class WatchSession {
   Calibration calibration_;
   Standing standing_;
   std::optional<Calibration> kept_;  // the last answer, as it stands in the file
-  std::set<std::string> told_;       // warnings, or their codes
-  std::string next_words_;           // of the last `next:`, without numbers
+  Notices notices_;
+  std::string next_words_;  // of the last `next:`, without numbers
   double next_distance_m_ = 0;
 };
 
