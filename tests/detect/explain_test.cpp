@@ -9,6 +9,7 @@
 
 #include "tagcal/detect/detector.hpp"
 #include "tagcal/detect/families.hpp"
+#include "tagcal/error.hpp"
 #include "tagcal/scene/render.hpp"
 
 namespace tagcal {
@@ -227,6 +228,21 @@ TEST(Explain, WrongCharucoBoards) {
     ASSERT_EQ(odd.mistakes.size(), 1u);
     EXPECT_TRUE(odd.mistakes[0].ends_with(in_file ? "even number" : "even number, legacy: true"))
         << odd.mistakes[0];
+  }
+}
+
+// Pictures of a board with markers that were left out are not loaded for its mistakes.
+TEST(Explain, FilesThatCannotBeReadAreLeftOut) {
+  const std::vector<PlacedBoard> boards = {{make_board(charuco(7, 6, false)), Pose()}};
+  const ImageSource damaged{"damaged.png", []() -> Image8 { throw Error("is truncated"); }};
+  const ImageSource grey{"grey.png", [] { return Image8({480, 360}, 128); }};
+  DetectOptions options;
+  options.skip_unreadable = true;
+  for (const std::vector<ImageSource>& images :
+       {std::vector{damaged}, std::vector{damaged, damaged, grey}}) {
+    const auto found = detect_all(images, boards, options);
+    EXPECT_EQ(found[0].unreadable, "is truncated");
+    EXPECT_TRUE(target_mistakes(images, found, boards, options).empty());
   }
 }
 

@@ -288,7 +288,8 @@ std::vector<TargetMistake> wrong_marker_size(const std::vector<ImageSource>& ima
   });
   const auto best = std::ranges::max_element(
       found, {}, [](const DetectedPicture& picture) { return picture.view.observations.size(); });
-  if (!has_markers || best == found.end()) return {};
+  // If no picture shows a corner, the first one may be a file that cannot be read.
+  if (!has_markers || best == found.end() || best->view.observations.empty()) return {};
   const auto probe = static_cast<std::size_t>(best - found.begin());
   std::vector<TargetMistake> mistakes = mistakes_in({probe}, images, boards, options).front();
   std::erase_if(mistakes,
