@@ -7,6 +7,7 @@ Work that goes through a list for each of its own entries costs sixteen times as
 """
 
 import json
+import math
 import sys
 import tempfile
 from pathlib import Path
@@ -22,6 +23,7 @@ SLACK_S = 0.1  # start, and the noise of a busy machine
 TARGET = "{target_type: aprilgrid, tagCols: 1, tagRows: 1, tagSize: 0.1, tagSpacing: 0.3}\n"
 CHECKERBOARD = ("{target_type: checkerboard, targetCols: 7, targetRows: 6, rowSpacingMeters: 0.03, "
                 "colSpacingMeters: 0.03}\n")
+CIRCLES = "{target_type: circlegrid, targetCols: 8, targetRows: 6, spacingMeters: 0.03}\n"
 POSE = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 2], [0, 0, 0, 1]]
 
 
@@ -85,9 +87,19 @@ def checkers(folder, count):
     return ["detect", "--target", "checkerboard.yaml", "squares.pgm"]
 
 
+def circles(folder, count):
+    """More discs than the target has, in one large lattice."""
+    side = round(count ** 0.5)
+    row = [b"".join((b"\x20" if abs(x) <= half else b"\xe0") for x in range(-7, 7)) * side
+           for half in (math.sqrt(max(0, 21 - y * y)) if abs(y) < 5 else -1 for y in range(-7, 7))]
+    (folder / "discs.pgm").write_bytes(b"P5 %d %d 255\n" % (14 * side, 14 * side) + b"".join(row) * side)
+    (folder / "circles.yaml").write_text(CIRCLES)
+    return ["detect", "--target", "circles.yaml", "discs.pgm"]
+
+
 # Exit code, and so many that the larger one takes a second or more if the work grows as its square.
 INPUTS = {kalibr: (0, 3000), nerfstudio: (0, 3000), colmap: (0, 10000), corners: (0, 10000),
-          boards: (2, 1000), tiff: (2, 16000), checkers: (0, 4000)}
+          boards: (2, 1000), tiff: (2, 16000), checkers: (0, 4000), circles: (0, 400)}
 
 
 def cost(make, code, count):

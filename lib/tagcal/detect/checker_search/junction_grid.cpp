@@ -1,11 +1,11 @@
 #include "tagcal/detect/checker_search/junction_grid.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <optional>
 
+#include "tagcal/detect/board_search/point_bins.hpp"
 #include "tagcal/detect/policy/policy.hpp"
 
 namespace tagcal::internal {
@@ -32,45 +32,18 @@ GridCell operator-(const GridCell& a) { return {-a.first, -a.second}; }
 
 constexpr GridCell kSteps[] = {{1, 0}, {0, 1}, {-1, 0}, {0, -1}};
 
-// Junctions by place, in square bins.
-class Bins {
- public:
-  explicit Bins(const std::vector<Junction>& junctions) : junctions_(junctions) {
-    for (const Junction& junction : junctions) size_ = size_.cwiseMax(bin(junction.at) + ones());
-    bins_.resize(static_cast<std::size_t>(size_.prod()));
-    for (std::size_t i = 0; i < junctions.size(); ++i) {
-      const Eigen::Vector2i place = bin(junctions[i].at);
-      bins_[static_cast<std::size_t>(place.y() * size_.x() + place.x())].push_back(i);
-    }
-  }
-
-  // Calls visit(i) for each junction in the bins that a box touches.
-  template <typename Visit>
-  void in_box(const Eigen::AlignedBox2d& box, const Visit& visit) const {
-    const Eigen::Vector2i low = bin(box.min()).cwiseMax(0);
-    const Eigen::Vector2i high = bin(box.max()).cwiseMin(size_ - ones());
-    for (int y = low.y(); y <= high.y(); ++y)
-      for (int x = low.x(); x <= high.x(); ++x)
-        for (const std::size_t i : bins_[static_cast<std::size_t>(y * size_.x() + x)]) visit(i);
-  }
-
- private:
-  static Eigen::Vector2i ones() { return {1, 1}; }
-  static Eigen::Vector2i bin(const Vector2d& at) {
-    constexpr double kSide = 32;  // px
-    return (at / kSide).array().floor().cast<int>();
-  }
-  const std::vector<Junction>& junctions_;
-  Eigen::Vector2i size_{0, 0};
-  std::vector<std::vector<std::size_t>> bins_;  // row by row
-};
+std::vector<Vector2d> places_of(const std::vector<Junction>& junctions) {
+  std::vector<Vector2d> places;
+  for (const Junction& junction : junctions) places.push_back(junction.at);
+  return places;
+}
 
 class Grower {
  public:
   Grower(const std::vector<Junction>& junctions, bool follows_lines)
       : junctions_(junctions),
         follows_lines_(follows_lines),
-        bins_(junctions),
+        bins_(places_of(junctions)),
         is_taken_(junctions.size(), false),
         is_in_grid_(junctions.size(), false) {}
 
@@ -290,7 +263,7 @@ class Grower {
 
   const std::vector<Junction>& junctions_;
   const bool follows_lines_;
-  Bins bins_;
+  PointBins bins_;
   std::vector<bool> is_taken_;    // by the grid that grows; if lines are not followed, by any
   std::vector<bool> is_in_grid_;  // that has grown
   std::map<GridCell, std::size_t> cells_;

@@ -15,16 +15,6 @@ namespace {
 
 using Eigen::Vector2d;
 
-// The grid among blobs; the first lattice that shows it.
-CirclePlaces find_grid(const std::vector<Vector2d>& blobs, const CircleGrid& grid) {
-  for (std::size_t seed = 0; seed < blobs.size(); ++seed) {
-    const CircleLattice lattice = grow_lattice(blobs, seed);
-    CirclePlaces places = places_in_lattice(grid, lattice);
-    if (!places.empty()) return places;
-  }
-  return {};
-}
-
 // In the picture halved as often as is useful, then in finer ones, until all discs are found: a
 // large picture is slow, and its discs are larger than the search for blobs needs.
 CirclePlaces find_places(const ImageView8& image, const CircleGrid& grid) {
@@ -37,7 +27,7 @@ CirclePlaces find_places(const ImageView8& image, const CircleGrid& grid) {
   const auto num_discs = static_cast<std::size_t>(grid.columns * grid.rows);
   CirclePlaces best;
   for (std::size_t k = halves.size() + 1; k-- > 0 && best.size() < num_discs;) {
-    CirclePlaces places = find_grid(circle_blobs(picture(k), grid.columns * grid.rows), grid);
+    CirclePlaces places = places_among(circle_blobs(picture(k), grid.columns * grid.rows), grid);
     if (places.size() <= best.size()) continue;
     const double scale = std::exp2(k);
     for (auto& [id, at] : places) at = scale * at + Vector2d::Constant((scale - 1) / 2);

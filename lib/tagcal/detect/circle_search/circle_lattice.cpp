@@ -7,6 +7,7 @@
 #include <optional>
 #include <set>
 
+#include "tagcal/detect/board_search/point_bins.hpp"
 #include "tagcal/detect/policy/policy.hpp"
 #include "tagcal/geometry/pose.hpp"
 
@@ -22,32 +23,29 @@ Cell operator+(const Cell& a, const Cell& b) { return {a.first + b.first, a.seco
 Cell operator-(const Cell& a) { return {-a.first, -a.second}; }
 
 constexpr Cell kSteps[] = {{1, 0}, {0, 1}, {-1, 0}, {0, -1}};
+constexpr double kFirstReachPx = 32;  // numeric: within which neighbours are looked for first
 constexpr double kIndependent = 0.3;  // numeric: sine of the angle between two vectors of a basis
 
 double cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
 
+// Blobs that form a lattice in the picture, by the coefficients of two of its shortest vectors.
+using CircleLattice = std::map<Cell, Vector2d>;
+
+// The lattice that grows from a blob and its nearest neighbours: each further blob lies where its
+// neighbours in the lattice predict it. One of more than `most` blobs is not completed.
 class Growth {
  public:
-  Growth(const std::vector<Vector2d>& blobs, std::size_t seed)
-      : blobs_(blobs), is_used_(blobs.size(), false) {
+  Growth(const std::vector<Vector2d>& blobs, const PointBins& bins, std::size_t seed,
+         std::size_t most)
+      : blobs_(blobs), bins_(bins), most_(most), is_used_(blobs.size(), false) {
     add({0, 0}, seed);
-    std::vector<Vector2d> around;
-    for (std::size_t i = 0; i < blobs.size(); ++i)
-      if (i != seed) around.emplace_back(blobs[i] - blobs[seed]);
-    std::ranges::sort(around, {}, [](const Vector2d& v) { return v.squaredNorm(); });
-    if (around.empty()) return;
-    first_ = around[0];
-    const auto second = std::ranges::find_if(around, [&](const Vector2d& v) {
-      return std::abs(cross(first_, v)) > kIndependent * first_.norm() * v.norm();
-    });
-    if (second == around.end()) return;
-    second_ = *second;
-    grow();
+    has_basis_ = find_basis(seed);
+    if (has_basis_) grow();
   }
 
-  // Empty without a basis.
+  // Empty if the blob has no two independent neighbours.
   CircleLattice lattice() const {
-    if (second_.isZero()) return {};
+    if (!has_basis_) return {};
     CircleLattice result;
     for (const auto& [cell, blob] : cells_) result[cell] = blobs_[blob];
     return result;
@@ -58,6 +56,29 @@ class Growth {
     cells_[cell] = blob;
     is_used_[blob] = true;
     edge_.push_back(cell);
+  }
+
+  // The shortest vector to another blob, and the shortest one that is independent of it.
+  bool find_basis(std::size_t seed) {
+    const Vector2d& from = blobs_[seed];
+    for (double reach = kFirstReachPx;; reach *= 2) {
+      std::vector<Vector2d> around;
+      const Vector2d half = Vector2d::Constant(reach);
+      bins_.in_box({from - half, from + half}, [&](std::size_t i) {
+        const Vector2d v = blobs_[i] - from;
+        if (i != seed && v.norm() <= reach) around.push_back(v);
+      });
+      std::ranges::sort(around, {}, [](const Vector2d& v) { return v.squaredNorm(); });
+      const auto second = std::ranges::find_if(around, [&](const Vector2d& v) {
+        return std::abs(cross(around[0], v)) > kIndependent * around[0].norm() * v.norm();
+      });
+      if (second != around.end()) {
+        first_ = around[0];
+        second_ = *second;
+        return true;
+      }
+      if (around.size() + 1 == blobs_.size()) return false;
+    }
   }
 
   std::optional<Vector2d> at(const Cell& cell) const {
@@ -79,7 +100,8 @@ class Growth {
   }
 
   void grow() {
-    for (std::size_t i = 0; i < edge_.size(); ++i) {  // grows on the way
+    // The edge grows on the way.
+    for (std::size_t i = 0; i < edge_.size() && cells_.size() <= most_; ++i) {
       const Cell cell = edge_[i];
       for (const Cell& step : kSteps) {
         if (cells_.contains(cell + step)) continue;
@@ -87,20 +109,24 @@ class Growth {
         const Vector2d expected = *at(cell) + length;
         std::size_t nearest = blobs_.size();
         double least = policy::kMaxMoveShare * length.norm();
-        for (std::size_t k = 0; k < blobs_.size(); ++k) {
+        const Vector2d around = Vector2d::Constant(least);
+        bins_.in_box({expected - around, expected + around}, [&](std::size_t k) {
           const double distance = (blobs_[k] - expected).norm();
-          if (distance >= least || is_used_[k]) continue;
+          if (distance >= least || is_used_[k]) return;
           least = distance;
           nearest = k;
-        }
+        });
         if (nearest < blobs_.size()) add(cell + step, nearest);
       }
     }
   }
 
   const std::vector<Vector2d>& blobs_;
+  const PointBins& bins_;
+  const std::size_t most_;
   std::vector<bool> is_used_;
-  Vector2d first_ = Vector2d::Zero(), second_ = Vector2d::Zero();
+  bool has_basis_ = false;
+  Vector2d first_, second_;  // the basis
   std::map<Cell, std::size_t> cells_;
   std::vector<Cell> edge_;  // cells in the order in which they were found
 };
@@ -179,12 +205,8 @@ Eigen::Matrix2d axes_in_picture(const CirclePlaces& places, const CircleGrid& gr
   return map.topRows<2>().transpose();
 }
 
-}  // namespace
-
-CircleLattice grow_lattice(const std::vector<Vector2d>& blobs, std::size_t seed) {
-  return Growth(blobs, seed).lattice();
-}
-
+// The grid's discs in a lattice. Of several ways, the one whose y axis points up most in the
+// picture. Empty if the lattice is not this grid.
 CirclePlaces places_in_lattice(const CircleGrid& grid, const CircleLattice& lattice) {
   if (2 * lattice.size() <= static_cast<std::size_t>(grid.columns * grid.rows)) return {};
   const std::map<Cell, int> discs = discs_from_above(grid);
@@ -203,6 +225,19 @@ CirclePlaces places_in_lattice(const CircleGrid& grid, const CircleLattice& latt
     best = std::move(places);
   }
   return best;
+}
+
+}  // namespace
+
+CirclePlaces places_among(const std::vector<Vector2d>& blobs, const CircleGrid& grid) {
+  const PointBins bins(blobs);
+  const auto num_discs = static_cast<std::size_t>(grid.columns * grid.rows);
+  for (std::size_t seed = 0; seed < blobs.size(); ++seed) {
+    const Growth growth(blobs, bins, seed, num_discs);
+    CirclePlaces places = places_in_lattice(grid, growth.lattice());
+    if (!places.empty()) return places;
+  }
+  return {};
 }
 
 }  // namespace tagcal::internal
