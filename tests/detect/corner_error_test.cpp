@@ -2,11 +2,16 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "tagcal/camera/camera.hpp"
+#include "tagcal/detect/families.hpp"
+#include "tagcal/detect/refine_views.hpp"
 #include "tagcal/geometry/viewpoint.hpp"
 #include "tagcal/random.hpp"
+#include "tagcal/scene/render.hpp"
+#include "tagcal/scene/viewing.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -14,12 +19,12 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr ImageSize kSize{640, 480};
+const Fisheye kLens({300, 300, 322, 238, -.02, .004, 0, 0});
 
 // Views of a grid of tags whose corners claim 0.02 px and are off by `sd_px` more, and by a smooth
 // displacement of `bend_px` at the board's edges.
 std::vector<View> views(const Board& board, double sd_px, double bend_px) {
   constexpr double kClaimed = 0.02;
-  const Fisheye lens({300, 300, 322, 238, -.02, .004, 0, 0});
   Random random(5);
   std::vector<View> result;
   for (int k = 0; k < 4; ++k) {
@@ -27,7 +32,7 @@ std::vector<View> views(const Board& board, double sd_px, double bend_px) {
         {.4 + random.uniform(-.3, .3), .4 + random.uniform(-.3, .3), .9}, {.4, .4, 0}, {0, 1, 0});
     View& view = result.emplace_back();
     for (const TargetPoint& point : target_points(board)) {
-      const auto pixel = lens.project(pose * point.position);
+      const auto pixel = kLens.project(pose * point.position);
       if (!pixel) continue;
       const double sd = std::hypot(kClaimed, sd_px), u = point.position.x() / .4 - 1;
       const Vector2d off(sd * random.normal() + bend_px * u * u, sd * random.normal());
@@ -84,6 +89,37 @@ TEST(CornerError, MakesTheScatterAsClaimed) {
 TEST(CornerError, LeavesOutWhatIsSmooth) {
   std::vector<View> seen = views(kTags, 0, .3);
   EXPECT_LT(error_of(seen, kTags), .03);
+}
+
+// Claims of observations that were not refined have the error of their own detection already.
+TEST(CornerError, OfRefinedViewsWidensWhatAFitHasPut) {
+  Dataset found{kSize, {{kTags, Pose()}}, views(kTags, .1, 0), {}};
+  const Matrix2 claimed = found.views[0].observations[0].covariance_px2.value();
+  Scene scene;
+  scene.camera = {kLens, kSize};
+  scene.boards = found.boards;
+  scene.sensor = {1, .7, 1};
+  const Pose pose = camera_from_world_looking_at({.3, .5, .9}, {.4, .4, 0}, {0, 1, 0});
+  Image8 image = expose(render_light(scene, tag_families(scene.boards), pose), scene.sensor, 3);
+  View& view = found.views.emplace_back(View{"a.png", visible_corners(scene, pose)});
+  for (Observation& seen : view.observations) seen.covariance_px2 = claimed;
+  constexpr int kHidden = 14;
+  const auto corner = std::ranges::find(view.observations, CornerId{kHidden, 0}, &Observation::id);
+  for (int y = -40; y <= 40; ++y)
+    for (int x = -40; x <= 40; ++x)
+      image(static_cast<int>(corner->pixel.x()) + x, static_cast<int>(corner->pixel.y()) + y) = 128;
+
+  const RefinedViews refined =
+      refine_views(found, {{"a.png", [&] { return image; }}}, scene.camera, 1);
+  EXPECT_GT(refined.num_refined_tags, 25);
+  EXPECT_LT(refined.num_refined_tags, refined.num_tags);
+  EXPECT_GT(refined.corner_error_px, .05);
+  for (const View& one : refined.views)
+    for (const Observation& seen : one.observations)
+      if (one.image.empty() || seen.id.tag_id == kHidden)
+        EXPECT_EQ(*seen.covariance_px2, claimed);
+      else if (*seen.covariance_px2 != claimed)
+        EXPECT_GT((*seen.covariance_px2)(0, 0), std::pow(refined.corner_error_px, 2));
 }
 
 TEST(CornerError, NeedsABoardThatShowsItsLens) {

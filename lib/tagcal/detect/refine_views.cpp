@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <map>
+#include <set>
 #include <string>
 
 #include "tagcal/detect/apriltag/family_detector.hpp"
@@ -25,10 +26,32 @@ constexpr int kNumBends = tag_parameter::kNumBends;
 
 using Patterns = std::map<int, TagPattern>;
 
+// A view some of whose observations were put by a fit.
+struct FittedView {
+  View view;
+  std::set<CornerId> fitted;
+
+  void put(Observation& seen, const Eigen::Vector2d& at, const Matrix2& covariance_px2) {
+    seen.pixel = at;
+    seen.covariance_px2 = covariance_px2;
+    fitted.insert(seen.id);
+  }
+
+  // Puts a fitted tag. Returns the number of tags put: 1, or 0 without a fit.
+  int put(const std::optional<TagFit>& fit, int id) {
+    if (!fit) return 0;
+    for (Observation& seen : view.observations)
+      if (const int k = seen.id.corner; seen.id.tag_id == id)
+        put(seen, fit->corners[static_cast<std::size_t>(k)],
+            fit->covariance_px2.block<2, 2>(2 * k, 2 * k));
+    return 1;
+  }
+};
+
 // One view, whose corners of checkerboards and centres of circles are fitted under the lens, and
 // its tags without and with bends, which paper that is not flat or an error of the lens may cause.
 struct ViewRefinement {
-  View straight, bent;
+  FittedView straight, bent;
   int num_tags = 0;
   int num_straight = 0, num_bent = 0;  // fitted tags
   double gain_of_bends = 0;            // of the BIC, over tags fitted in both ways
@@ -38,36 +61,32 @@ struct ViewRefinement {
     const Checkerboard squares = checkers(board).value();
     CheckerCorners corners;
     std::map<CheckerCell, Observation*> seen;
-    for (Observation& observation : straight.observations) {
+    for (Observation& observation : straight.view.observations) {
       const int place = observation.id.tag_id - squares.first_id;
       if (observation.id.corner != 0 || place < 0 || place >= squares.columns * squares.rows)
         continue;
       const CheckerCell cell{place % squares.columns, place / squares.columns};
       seen[cell] = &observation;
       corners[cell].at = observation.pixel;
-      corners[cell].covariance_px2 =
-          observation.covariance_px2.value_or(Matrix2(Eigen::Matrix2d::Zero()));
     }
     CheckerPrint print(board);
-    int refined = CheckerFitter(image, print, &camera).fit_again(corners);
-    if (refined == 0 && !tag_kind(board)) {
+    CheckerCorners fitted = CheckerFitter(image, print, &camera).fit_again(corners);
+    if (fitted.empty() && !tag_kind(board)) {
       // A board that looks the same after a turn may have the other colours.
       print.set_starts_black(!print.starts_black());
-      refined = CheckerFitter(image, print, &camera).fit_again(corners);
+      fitted = CheckerFitter(image, print, &camera).fit_again(corners);
     }
     num_corners += static_cast<int>(corners.size());
-    num_refined_corners += refined;
-    for (const auto& [cell, corner] : corners) {
-      seen[cell]->pixel = corner.at;
-      if (corner.covariance_px2.trace() > 0) seen[cell]->covariance_px2 = corner.covariance_px2;
-    }
+    num_refined_corners += static_cast<int>(fitted.size());
+    for (const auto& [cell, corner] : fitted)
+      straight.put(*seen[cell], corner.at, corner.covariance_px2);
   }
 
   void refine_circles(const ImageView8& image, const CircleGrid& grid, const Camera& camera) {
     const CircleCentres on_board = centres_on_board(grid);
     CircleCentres centres;
     std::map<int, Observation*> seen;
-    for (Observation& observation : straight.observations) {
+    for (Observation& observation : straight.view.observations) {
       const auto centre = on_board.find(observation.id.tag_id);
       if (observation.id.corner != 0 || centre == on_board.end()) continue;
       seen[centre->first] = &observation;
@@ -75,11 +94,9 @@ struct ViewRefinement {
     }
     num_corners += static_cast<int>(centres.size());
     num_refined_corners += fit_centres(image, &camera, centres);
-    for (const auto& [id, centre] : centres) {
-      if (centre.covariance_px2.trace() == 0) continue;
-      seen[id]->pixel = centre.at;
-      seen[id]->covariance_px2 = centre.covariance_px2;
-    }
+    for (const auto& [id, centre] : centres)
+      if (centre.covariance_px2.trace() > 0)
+        straight.put(*seen[id], centre.at, centre.covariance_px2);
   }
 
   void refine_tags(const ImageView8& image, const Patterns& patterns, const Camera& camera) {
@@ -94,8 +111,8 @@ struct ViewRefinement {
                             {.camera = &camera, .is_rough = is_bent});
       };
       const auto one = fitted(false), other = fitted(true);
-      num_straight += put(one, ids[i], straight);
-      num_bent += put(other, ids[i], bent);
+      num_straight += straight.put(one, ids[i]);
+      num_bent += bent.put(other, ids[i]);
       if (one && other)
         gain_of_bends += 2 * one->num_pixels * std::log(one->noise_levels / other->noise_levels) -
                          kNumBends * std::log(one->num_pixels);
@@ -106,7 +123,8 @@ struct ViewRefinement {
   std::vector<TagInPicture> whole_tags(const Patterns& patterns, const Camera& camera,
                                        std::vector<int>& ids) const {
     std::map<int, std::vector<const Observation*>> by_tag;
-    for (const Observation& seen : straight.observations) by_tag[seen.id.tag_id].push_back(&seen);
+    for (const Observation& seen : straight.view.observations)
+      by_tag[seen.id.tag_id].push_back(&seen);
     std::vector<TagInPicture> tags;
     for (const auto& [id, corners] : by_tag) {
       const auto pattern = patterns.find(id);
@@ -120,31 +138,31 @@ struct ViewRefinement {
     }
     return tags;
   }
-
-  // Puts a fitted tag into the view. Returns the number of tags put: 1, or 0 without a fit.
-  static int put(const std::optional<TagFit>& fit, int id, View& view) {
-    if (!fit) return 0;
-    for (Observation& seen : view.observations) {
-      if (seen.id.tag_id != id) continue;
-      seen.pixel = fit->corners[static_cast<std::size_t>(seen.id.corner)];
-      seen.covariance_px2 = fit->covariance_px2.block<2, 2>(2 * seen.id.corner, 2 * seen.id.corner);
-    }
-    return 1;
-  }
 };
 
-// The views with bent or straight edges, whichever all of them together speak for.
-RefinedViews chosen_views(std::vector<ViewRefinement>& refined) {
+// The views with bent or straight edges, whichever all of them together speak for. Observations
+// that no fit has put keep their claims, which have the error of corners of their own detection.
+RefinedViews chosen_views(std::vector<ViewRefinement>& refined, const ImageSize& size,
+                          const std::vector<PlacedBoard>& boards) {
   RefinedViews result;
+  std::vector<FittedView*> chosen;
+  std::vector<ViewOfSize> views;
   double gain_of_bends = 0;
   for (const ViewRefinement& r : refined) gain_of_bends += r.gain_of_bends;
   const bool is_bent = gain_of_bends > 0;
   for (ViewRefinement& r : refined) {
-    result.views.push_back(std::move(is_bent ? r.bent : r.straight));
+    chosen.push_back(is_bent ? &r.bent : &r.straight);
+    views.push_back({&chosen.back()->view, size});
     result.num_tags += r.num_tags;
     result.num_refined_tags += is_bent ? r.num_bent : r.num_straight;
     result.num_corners += r.num_corners;
     result.num_refined_corners += r.num_refined_corners;
+  }
+  result.corner_error_px = corner_error(views, boards);
+  for (FittedView* one : chosen) {
+    for (Observation& seen : one->view.observations)
+      if (one->fitted.contains(seen.id)) widen_covariance(seen, result.corner_error_px);
+    result.views.push_back(std::move(one->view));
   }
   return result;
 }
@@ -158,11 +176,11 @@ RefinedViews refine_views(const Dataset& found, const std::vector<ImageSource>& 
   std::map<std::string, const ImageSource*> by_name;
   for (const ImageSource& image : images) by_name[image.name] = &image;
   std::vector<ViewRefinement> refined;
-  for (const View& view : found.views) refined.push_back({view, view});
+  for (const View& view : found.views) refined.push_back({{view, {}}, {view, {}}});
   parallel_for(
       refined.size(), threads,
       [&](std::size_t i) {
-        const std::string& name = refined[i].straight.image;
+        const std::string& name = refined[i].straight.view.image;
         const auto source = by_name.find(name);
         if (source == by_name.end()) return;
         const Image8 loaded = source->second->load();
@@ -177,11 +195,7 @@ RefinedViews refine_views(const Dataset& found, const std::vector<ImageSource>& 
         refined[i].refine_tags(image, patterns, camera);
       },
       progress);
-  RefinedViews result = chosen_views(refined);
-  std::vector<ViewOfSize> views;
-  for (View& view : result.views) views.push_back({&view, camera.image_size});
-  result.corner_error_px = add_corner_error(views, found.boards);
-  return result;
+  return chosen_views(refined, camera.image_size, found.boards);
 }
 
 }  // namespace tagcal

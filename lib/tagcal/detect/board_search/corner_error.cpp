@@ -149,15 +149,22 @@ double variance_beyond(std::span<const Scatter> scatters) {
 
 }  // namespace
 
+void widen_covariance(Observation& seen, double error_px) {
+  if (seen.covariance_px2) seen.covariance_px2->diagonal().array() += error_px * error_px;
+}
+
 void widen_covariances(View& view, double error_px) {
-  for (Observation& seen : view.observations)
-    if (seen.covariance_px2) seen.covariance_px2->diagonal().array() += error_px * error_px;
+  for (Observation& seen : view.observations) widen_covariance(seen, error_px);
+}
+
+double corner_error(const std::vector<ViewOfSize>& views, const std::vector<PlacedBoard>& boards) {
+  const std::vector<Scatter> scatters = scatters_of(views, boards);
+  return scatters.empty() ? 0 : std::sqrt(variance_beyond(scatters));
 }
 
 double add_corner_error(const std::vector<ViewOfSize>& views,
                         const std::vector<PlacedBoard>& boards) {
-  const std::vector<Scatter> scatters = scatters_of(views, boards);
-  const double error = scatters.empty() ? 0 : std::sqrt(variance_beyond(scatters));
+  const double error = corner_error(views, boards);
   for (const ViewOfSize& one : views) widen_covariances(*one.view, error);
   return error;
 }

@@ -12,13 +12,16 @@ struct ViewOfSize {
   ImageSize size;
 };
 
-// Adds to the covariance of each corner the variance that the fits leave out: prints that are not
-// exact to their cells, pictures that a camera has sharpened, denoised or compressed. Returns its
-// standard deviation per coordinate, px; 0 if the claims explain how corners scatter. It is seen
-// where corners lie beside their neighbours of other tags, under the lens that the whole board of
-// the picture shows; so errors that change smoothly over a board (its bend, the lens, rows that are
-// read later) do not enter. One value for all views, which are of one camera. Boards with fewer
-// than 24 corners in a view do not contribute.
+// The error of corners that the fits leave out: prints that are not exact to their cells, pictures
+// that a camera has sharpened, denoised or compressed. A standard deviation per coordinate, px; 0
+// if the claims explain how corners scatter. It is seen where corners lie beside their neighbours
+// of other tags, under the lens that the whole board of the picture shows; so errors that change
+// smoothly over a board (its bend, the lens, rows that are read later) do not enter. One value for
+// all views, which are of one camera. Boards with fewer than 24 corners in a view do not
+// contribute.
+double corner_error(const std::vector<ViewOfSize>& views, const std::vector<PlacedBoard>& boards);
+
+// The same, and adds its square to the covariance of each corner.
 double add_corner_error(const std::vector<ViewOfSize>& views,
                         const std::vector<PlacedBoard>& boards);
 
@@ -31,7 +34,8 @@ struct ScatterNees {
 ScatterNees scatter_nees(const std::vector<ViewOfSize>& views,
                          const std::vector<PlacedBoard>& boards);
 
-// Adds an error of corners, px, to the covariances of a view.
+// Adds an error of corners, px, to the covariances of observations that have one.
+void widen_covariance(Observation& seen, double error_px);
 void widen_covariances(View& view, double error_px);
 
 }  // namespace tagcal::internal

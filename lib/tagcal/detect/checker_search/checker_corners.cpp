@@ -159,18 +159,15 @@ CheckerCorners CheckerFitter::fit(const std::vector<CheckerPlace>& known) const 
   return corners;
 }
 
-int CheckerFitter::fit_again(CheckerCorners& corners) const {
+CheckerCorners CheckerFitter::fit_again(const CheckerCorners& corners) const {
   std::vector<CheckerPlace> places;
   for (const auto& [cell, corner] : corners) places.push_back({on_board(cell), corner.at});
   const CameraProcessing processing = processing_of(corners, places);
-  int count = 0;
-  for (auto& [cell, corner] : corners) {
-    const auto fitted = fit_one(cell, places, {.camera = camera_, .processing = processing});
-    if (!fitted) continue;
-    corner = corner_of(*fitted);
-    ++count;
-  }
-  return count;
+  CheckerCorners again;
+  for (const auto& [cell, corner] : corners)
+    if (const auto fit = fit_one(cell, places, {.camera = camera_, .processing = processing}))
+      again[cell] = corner_of(*fit);
+  return again;
 }
 
 void CheckerFitter::fit_under_lens(CheckerCorners& corners) const {

@@ -42,8 +42,8 @@ class CheckerFitter {
   // Removes the corners that the lens of all does not explain. False if they do not determine one.
   bool drop_outliers(CheckerCorners& corners) const;
 
-  // Fits known corners again under the camera that was given; returns how many it has fitted.
-  int fit_again(CheckerCorners& corners) const;
+  // Fits known corners again under the camera that was given. Returns those whose fits succeed.
+  CheckerCorners fit_again(const CheckerCorners& corners) const;
 
  private:
   std::optional<CornerFit> fit_one(const CheckerCell& cell, const std::vector<CheckerPlace>& known,
