@@ -35,11 +35,11 @@ struct TurnedCamera {
   Pose camera_from_turned;  // a rotation: from its frame to that of the original camera
 };
 
-// Several pinholes that show the field of view together: 5 or 6 are the faces of a cube (front,
-// left, right, up, down, back; 90 degrees each); other numbers from 2 on are a fan about the
-// vertical axis, which divides the horizontal field of view evenly (each up to 120 degrees wide and
-// 100 high). Focal length: the camera's fx. Throws Error for other numbers, a parallel lens, and a
-// field of view that needs more pinholes.
+// Several pinholes that show the field of view together: 6 are the faces of a cube (front, left,
+// right, up, down, back; 90 degrees each), and 5 the same without the back, which is not shown
+// then; other numbers from 2 on are a fan about the vertical axis, which divides the horizontal
+// field of view evenly (each up to 120 degrees wide and 100 high). Focal length: the camera's fx.
+// Throws Error for other numbers, a parallel lens, and a fan of too few pinholes.
 std::vector<TurnedCamera> several_pinholes(const Camera& camera, int count);
 
 // A panorama of what the camera sees, with px_per_rad of its middle (0: the camera's fx). A
