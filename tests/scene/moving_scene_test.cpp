@@ -162,6 +162,15 @@ TEST(MovingScene, ABoardThatStandsStillKeepsTheWorld) {
   EXPECT_LT(largest_error_px(dataset), 1e-10);
 }
 
+TEST(MovingScene, WithoutBoardsHasADataSetWithoutCorners) {
+  MovingScene scene = before_the_origin(3);
+  scene.frames = {{"cart", "world", [](double t) { return affine(translation({t, 5, 0})); }, true}};
+  const Dataset dataset = exact_dataset(scene, camera_poses(scene, 1), nullptr);
+  EXPECT_TRUE(dataset.boards.empty());
+  ASSERT_EQ(dataset.views.size(), 3U);
+  for (const View& view : dataset.views) EXPECT_TRUE(view.observations.empty());
+}
+
 TEST(MovingScene, ThroughAWindowTheEyeSeesItsCornersInTheCornersOfTheImage) {
   MovingScene scene = before_the_origin(5);
   const WindowInWorld window{{-0.4, 0, 1}, {0.4, 0, 1}, {-0.4, 0, 1.6}};

@@ -106,6 +106,20 @@ TEST(RollingShutter, DepthIsThatOfThePoseOfTheLine) {
   for (int x = 40; x < 50; ++x) EXPECT_NEAR(rolling(x, 40), whole(x, 40), 1e-6);
 }
 
+TEST(RollingShutter, ThereIsNoVelocityAlongAPathWithoutPosesBetweenItsViews) {
+  MovingScene moving;
+  moving.settings.num_views = 2;
+  moving.period_s = 0.1;
+  for (const CameraPath& path :
+       {CameraPath(DomePath()), CameraPath(ExplicitPath{{kFacing, Pose()}})}) {
+    moving.settings.path = path;
+    moving.velocity = {};
+    EXPECT_TRUE(scene_in_view(moving, 1).velocity.turn_rad_s.isZero(0));
+    moving.velocity = [](double) { return CameraVelocity{{0.1, 0, 0}, {0, 0, 2}}; };
+    EXPECT_EQ(scene_in_view(moving, 1).velocity.move_m_s, Vector3d(0, 0, 2));
+  }
+}
+
 TEST(RollingShutter, DoesNotGoWithAFocus) {
   Scene scene = moving_scene();
   scene.sensor.focus = Focus{1, 0.01};

@@ -44,6 +44,7 @@ class StillBoards {
   explicit StillBoards(const Scene& first) : first_(first), still_(first.boards.size(), true) {}
 
   void add(const Scene& scene) {
+    if (still_.empty()) return;
     const Pose world_from_first = scene.boards[0].world_from_board;
     first_moves_ |= !same_place(world_from_first, first_.boards[0].world_from_board);
     for (std::size_t b = 1; b < still_.size(); ++b)
@@ -118,7 +119,8 @@ Pose rigid_camera_frame_at(const MovingScene& scene, double t) {
   return rigid_world_from(frames_at(scene, t), scene.camera_frame, "the camera");
 }
 
-// The velocity along the path, by the difference of two poses beside the view.
+// The velocity along the path, by the difference of two poses beside the view; zero on a path
+// that has no poses between its views.
 CameraVelocity velocity_on_path(const MovingScene& scene, int view) {
   constexpr double kStep = 1e-3;  // numeric: of a view; its square is the error's share
   const int num_views = scene.settings.num_views;
@@ -129,6 +131,7 @@ CameraVelocity velocity_on_path(const MovingScene& scene, int view) {
     return *pose * rigid_camera_frame_at(scene, time_of_view(place, num_views)).inverse();
   };
   if (!(scene.period_s > 0) || !(after > before)) return {};
+  if (!pose_between_views(scene.settings, view)) return {};
   const Vector6d twist =
       log_pose(pose_at(before) * pose_at(after).inverse()) / ((after - before) * scene.period_s);
   return {twist.head<3>(), twist.tail<3>()};

@@ -43,7 +43,8 @@ struct MovingScene {
   std::string camera_frame = kWorldFrame;  // of the camera's path; rigid relative to the world
   std::string light_frame = kWorldFrame;   // of the lamp in the settings
   // Seconds between views, for a rolling shutter: the camera moves along its path while a picture
-  // is read (pose_between_views). 0: it does not.
+  // is read (pose_between_views). 0: it does not, and neither does one whose path has no poses
+  // between its views.
   double period_s = 0;
   std::function<CameraVelocity(double t)> velocity;  // empty, or added to that along the path
 };
