@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <ctime>
+
 #include "tagcal/detect/families.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/scene/moving_scene.hpp"
@@ -104,6 +106,22 @@ TEST(RollingShutter, DepthIsThatOfThePoseOfTheLine) {
   const double seconds = scene.sensor.shutter.seconds_at({0, 40}, kSize);
   const ImageF whole = render_depth(still, moved_for(seconds, scene.velocity, kFacing));
   for (int x = 40; x < 50; ++x) EXPECT_NEAR(rolling(x, 40), whole(x, 40), 1e-6);
+}
+
+// Seconds of work for the corners of a board of side x side, all in the picture.
+double seconds_for_corners(int side) {
+  Scene scene = moving_scene();
+  scene.boards = {
+      {make_board(Checkerboard{side, side, 0.6 / side, 0.4 / side}), translation({-0.3, -0.2, 1})}};
+  const std::clock_t start = std::clock();
+  EXPECT_EQ(visible_corners(scene, kFacing).size(), static_cast<std::size_t>(side * side));
+  return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+}
+
+// Four times the corners are four times the work, or sixteen if each goes through all of them.
+TEST(RollingShutter, TheWorkGrowsAsTheNumberOfCorners) {
+  constexpr double kSlack = 0.1;  // seconds, the noise of a busy machine
+  EXPECT_LT(seconds_for_corners(80), 8 * seconds_for_corners(40) + kSlack);
 }
 
 TEST(RollingShutter, ThereIsNoVelocityAlongAPathWithoutPosesBetweenItsViews) {

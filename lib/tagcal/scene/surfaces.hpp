@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -89,13 +90,16 @@ struct Sheet {
   Eigen::Vector3d normal;  // unit; the corners run counter-clockwise seen from where it points
   std::size_t board = 0;   // index in the scene, of a paper
   std::size_t occluder = 0;
-  std::optional<BoardPanel> panel;  // of a paper
+  std::shared_ptr<const BoardPanel> panel;  // of a paper; shared by copies of the sheet
 };
 
-// All opaque surfaces of a scene. Where several lie in one plane, each lies on those before it: the
-// occluders in the order of the scene, then the papers (an occluder is the desk under a board).
-// Throws Error if an occluder has fewer than three corners or no area.
-std::vector<Sheet> sheets(const Scene& scene, const Pose& target_from_world = Pose());
+// All opaque surfaces of a scene, in its world. Where several lie in one plane, each lies on those
+// before it: the occluders in the order of the scene, then the papers (an occluder is the desk
+// under a board). Throws Error if an occluder has fewer than three corners or no area.
+std::vector<Sheet> sheets(const Scene& scene);
+
+// A sheet of the world in another frame.
+Sheet in_frame(Sheet sheet, const Pose& target_from_world);
 
 // "board 0", "occluder 2", or the occluder's own name.
 std::string sheet_name(const Scene& scene, const Sheet& sheet);
@@ -112,7 +116,10 @@ class Shadows {
   using Polygon = std::vector<Eigen::Vector3d>;
   static constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
 
-  Shadows(const Scene& scene, const Lens& lens, const Pose& camera_from_world);
+  // Of sheets in the world; those of a scene in the second form.
+  Shadows(std::vector<Sheet> sheets, const Lens& lens, const Pose& camera_from_world);
+  Shadows(const Scene& scene, const Lens& lens, const Pose& camera_from_world)
+      : Shadows(tagcal::sheets(scene), lens, camera_from_world) {}
 
   // The sheets of the scene, in the camera frame.
   const std::vector<Sheet>& sheets() const { return sheets_; }

@@ -80,7 +80,8 @@ std::optional<Sighting> sighting(const Scene& scene, const Pose& camera_from_wor
 }
 
 std::vector<Observation> visible_corners(const Scene& scene, const Pose& camera_from_world) {
-  const Shadows middle(scene, scene.camera.lens, camera_from_world);
+  const std::vector<Sheet> in_world = sheets(scene);
+  const Shadows middle(in_world, scene.camera.lens, camera_from_world);
   std::vector<Observation> seen;
   const auto look_at = [&](const CornerId& id, const Vector3d& x_in_world, std::size_t own) {
     const auto found = sighting(scene, camera_from_world, x_in_world);
@@ -89,7 +90,7 @@ std::vector<Observation> visible_corners(const Scene& scene, const Pose& camera_
     const auto is_seen = [&](const Shadows& shadows) {
       return (own == Shadows::kNone || shadows.faces(own)) && !shadows.seen_instead(x, own);
     };
-    if (scene.is_rolling() ? is_seen({scene, scene.camera.lens, found->camera_from_world})
+    if (scene.is_rolling() ? is_seen({in_world, scene.camera.lens, found->camera_from_world})
                            : is_seen(middle))
       seen.push_back({id, found->pixel, {}});
   };

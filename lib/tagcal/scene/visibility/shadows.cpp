@@ -87,10 +87,10 @@ std::vector<Polygon> with_shared_corners(const std::vector<Polygon>& parts, doub
 
 // In a common plane, where heights are 0 to rounding, the plane of a sheet that lies on the other
 // is moved towards the eye, and that of a sheet below it away: by twice the tolerance of the cuts.
-Shadows::Shadows(const Scene& scene, const Lens& lens, const Pose& camera_from_world)
-    : sheets_(tagcal::sheets(scene, camera_from_world)),
-      all_(sheets_.size()),
-      tolerance_m_(kTouching * scene_size(sheets_)) {
+Shadows::Shadows(std::vector<Sheet> sheets, const Lens& lens, const Pose& camera_from_world)
+    : sheets_(std::move(sheets)), all_(sheets_.size()) {
+  for (Sheet& sheet : sheets_) sheet = in_frame(std::move(sheet), camera_from_world);
+  tolerance_m_ = kTouching * scene_size(sheets_);
   std::iota(all_.begin(), all_.end(), std::size_t{0});
   const auto* parallel = std::get_if<Parallel>(&lens);
   eye_ = parallel ? Eye{-parallel->ray_in_camera({0, 0})->direction, 0} : Eye{Vector3d::Zero(), 1};

@@ -32,24 +32,27 @@ Sheet paper_sheet(const PlacedBoard& placed, std::size_t board, const BoardPanel
   for (const Vector3d& corner : panel.paper)
     sheet.corners.push_back(placed.world_from_board * corner);
   sheet.board = board;
-  sheet.panel = panel;
+  sheet.panel = std::make_shared<BoardPanel>(panel);
   return sheet;
 }
 
 }  // namespace
 
-std::vector<Sheet> sheets(const Scene& scene, const Pose& target_from_world) {
+std::vector<Sheet> sheets(const Scene& scene) {
   std::vector<Sheet> result;
   for (std::size_t i = 0; i < scene.occluders.size(); ++i)
     result.push_back(occluder_sheet(scene.occluders[i], i));
   for (std::size_t i = 0; i < scene.boards.size(); ++i)
     for (const BoardPanel& panel : board_panels(scene.boards[i].board, scene.paper_margin_m))
       result.push_back(paper_sheet(scene.boards[i], i, panel));
-  for (Sheet& sheet : result) {
-    for (Vector3d& corner : sheet.corners) corner = target_from_world * corner;
-    sheet.normal = area_vector(sheet.corners).normalized();
-  }
+  for (Sheet& sheet : result) sheet = in_frame(std::move(sheet), Pose());
   return result;
+}
+
+Sheet in_frame(Sheet sheet, const Pose& target_from_world) {
+  for (Vector3d& corner : sheet.corners) corner = target_from_world * corner;
+  sheet.normal = area_vector(sheet.corners).normalized();
+  return sheet;
 }
 
 std::string sheet_name(const Scene& scene, const Sheet& sheet) {
