@@ -7,6 +7,7 @@
 
 #include "markers_of_opencv.hpp"
 #include "rendered_checkerboard.hpp"
+#include "tagcal/detect/checker_search/checker_corners.hpp"
 #include "tagcal/detect/detector.hpp"
 #include "tagcal/detect/explain.hpp"
 #include "tagcal/detect/refine.hpp"
@@ -96,8 +97,8 @@ TEST(Checkerboards, OfSharpenedPicturesAreFoundWhole) {
   }
 }
 
-// Sharpening is found and undone: corners are as exact as without, and claim it. With overshoot that
-// the fits do not know the sum is 0.08.
+// Sharpening is found and undone: corners are as exact as without, and claim it. With overshoot
+// that the fits do not know the sum is 0.08.
 TEST(Checkerboards, ClaimsHoldInSharpenedPictures) {
   Random random(37);
   double sum = 0;
@@ -263,6 +264,32 @@ TEST(Checkerboards, AreNotSeenInNoiseAndTextures) {
     ASSERT_EQ(board.warnings.size(), 1U);
     EXPECT_EQ(board.warnings[0], "picture: no checkerboard found") << i % kKinds;
   }
+}
+
+// As if each corner went through the places of all.
+TEST(Checkerboards, PlacesNearACornerAreThoseOfAllInTheirOrder) {
+  Random random(12);
+  internal::PlacesByCell places;
+  std::vector<Vector2d> all;
+  for (int i = 0; i < 400; ++i) {
+    const bool is_corner = i % 2 == 0;
+    const auto number = [&] { return is_corner ? i / 2 % 10 : random.uniform(-1, 11); };
+    const Vector2d place(number(), is_corner ? i / 20 % 10 : number());
+    places.put({place, Vector2d(i, 0)});
+    std::erase(all, place);
+    all.push_back(place);
+  }
+  for (const double reach : {1.5, 2.5})
+    for (int column = 0; column < 10; ++column)
+      for (int row = 0; row < 10; ++row) {
+        std::vector<Vector2d> near, expected;
+        for (const auto& one : places.near({column, row}, reach)) near.push_back(one.on_board);
+        for (const Vector2d& place : all)
+          if ((place - Vector2d(column, row)).cwiseAbs().maxCoeff() <= reach)
+            expected.push_back(place);
+        EXPECT_GT(expected.size(), 4U);
+        EXPECT_EQ(near, expected);
+      }
 }
 
 TEST(CharucoBoards, AreFoundInPart) {

@@ -97,9 +97,24 @@ def circles(folder, count):
     return ["detect", "--target", "circles.yaml", "discs.pgm"]
 
 
+def corners_of_board(folder, count):
+    """A checkerboard of so many corners, all of which are found."""
+    side = round(count ** 0.5)
+    white, edge = b"\xe0" * 12, b"\xe0" * 12 * (side + 3)
+    rows = [white + b"".join((b"\x20" * 12, white)[(i + k) % 2] for i in range(side + 1)) + white
+            for k in (0, 1)]
+    (folder / "board.pgm").write_bytes(b"P5 %d %d 255\n" % (len(edge), len(edge)) + 12 * edge
+                                       + b"".join(12 * rows[k % 2] for k in range(side + 1)) + 12 * edge)
+    (folder / "board.yaml").write_text(
+        f"{{target_type: checkerboard, targetCols: {side}, targetRows: {side}, rowSpacingMeters: 0.03, "
+        "colSpacingMeters: 0.03}\n")
+    return ["detect", "--target", "board.yaml", "board.pgm"]
+
+
 # Exit code, and so many that the larger one takes a second or more if the work grows as its square.
 INPUTS = {kalibr: (0, 3000), nerfstudio: (0, 3000), colmap: (0, 10000), corners: (0, 10000),
-          boards: (2, 1000), tiff: (2, 16000), checkers: (0, 4000), circles: (0, 400)}
+          boards: (2, 1000), tiff: (2, 16000), checkers: (0, 4000), circles: (0, 400),
+          corners_of_board: (0, 1500)}
 
 
 def cost(make, code, count):

@@ -23,10 +23,6 @@ Vector2d on_board(const CheckerCell& cell) { return {cell.first, cell.second}; }
 constexpr double kNear = 3.0 / 2;  // squares: the corners beside one, and halfway to the next
 constexpr double kNearPx = 0.25;   // numeric: TagFitOptions::is_near
 
-bool is_near(const CheckerPlace& place, const CheckerCell& cell, double reach) {
-  return (place.on_board - on_board(cell)).cwiseAbs().maxCoeff() <= reach;
-}
-
 struct LocalHomography {
   Matrix3d pixel_from_board;  // the corner is (0, 0)
   double error_px = 0;        // largest, of the places that it is from
@@ -34,32 +30,30 @@ struct LocalHomography {
 
 // By the places within some squares of a corner. No value if they do not determine it.
 std::optional<LocalHomography> local_homography(const CheckerCell& cell,
-                                                const std::vector<CheckerPlace>& known) {
+                                                const PlacesByCell& known) {
   for (const double reach : {kNear, 1 + kNear}) {
-    std::vector<const CheckerPlace*> near;
-    for (const CheckerPlace& place : known)
-      if (is_near(place, cell, reach)) near.push_back(&place);
+    const std::vector<CheckerPlace> near = known.near(cell, reach);
     if (near.size() < 4) continue;
     // Pixels are seen as by a camera of a narrow view: homography() takes them for rays.
     Matrix3d pixel_from_ray = Matrix3d::Identity();
-    for (const CheckerPlace* place : near)
-      pixel_from_ray.topRightCorner<2, 1>() += place->at / static_cast<double>(near.size());
+    for (const CheckerPlace& place : near)
+      pixel_from_ray.topRightCorner<2, 1>() += place.at / static_cast<double>(near.size());
     const Vector2d middle = pixel_from_ray.topRightCorner<2, 1>();
-    for (const CheckerPlace* place : near)
-      pixel_from_ray(0, 0) = std::max(pixel_from_ray(0, 0), (place->at - middle).norm());
+    for (const CheckerPlace& place : near)
+      pixel_from_ray(0, 0) = std::max(pixel_from_ray(0, 0), (place.at - middle).norm());
     pixel_from_ray(1, 1) = pixel_from_ray(0, 0);
     std::vector<Vector2d> points;
     std::vector<Vector3d> rays;
-    for (const CheckerPlace* place : near) {
-      points.push_back(place->on_board - on_board(cell));
-      rays.push_back(((place->at - middle) / pixel_from_ray(0, 0)).homogeneous());
+    for (const CheckerPlace& place : near) {
+      points.push_back(place.on_board - on_board(cell));
+      rays.push_back(((place.at - middle) / pixel_from_ray(0, 0)).homogeneous());
     }
     const auto h = homography(points, rays);
     if (!h || std::abs((*h)(2, 2)) == 0) continue;
     LocalHomography result{pixel_from_ray * *h / (*h)(2, 2)};
     for (std::size_t i = 0; i < near.size(); ++i) {
       const Vector2d at = (result.pixel_from_board * points[i].homogeneous()).hnormalized();
-      result.error_px = std::max(result.error_px, (at - near[i]->at).norm());
+      result.error_px = std::max(result.error_px, (at - near[i].at).norm());
     }
     return result;
   }
@@ -78,12 +72,40 @@ CheckerCorner corner_of(const CornerFit& fit) { return {fit.corner, fit.covarian
 
 }  // namespace
 
+PlacesByCell::PlacesByCell(const std::vector<CheckerPlace>& places) {
+  for (const CheckerPlace& place : places) put(place);
+}
+
+void PlacesByCell::put(const CheckerPlace& place) {
+  std::vector<Numbered>& at_cell = by_cell_[{static_cast<int>(std::lround(place.on_board.x())),
+                                             static_cast<int>(std::lround(place.on_board.y()))}];
+  std::erase_if(at_cell, [&](const Numbered& old) {
+    return (old.place.on_board - place.on_board).norm() <
+           1e-6;  // numeric: squares, equal but for rounding
+  });
+  at_cell.push_back({count_++, place});
+}
+
+std::vector<CheckerPlace> PlacesByCell::near(const CheckerCell& cell, double reach) const {
+  const int cells = static_cast<int>(std::ceil(reach));
+  std::vector<Numbered> found;
+  for (int column = cell.first - cells; column <= cell.first + cells; ++column)
+    for (auto it = by_cell_.lower_bound({column, cell.second - cells});
+         it != by_cell_.end() && it->first <= CheckerCell{column, cell.second + cells}; ++it)
+      for (const Numbered& one : it->second)
+        if ((one.place.on_board - on_board(cell)).cwiseAbs().maxCoeff() <= reach)
+          found.push_back(one);
+  std::ranges::sort(found, {}, &Numbered::number);
+  std::vector<CheckerPlace> places;
+  for (const Numbered& one : found) places.push_back(one.place);
+  return places;
+}
+
 CheckerFitter::CheckerFitter(const ImageView8& image, const CheckerPrint& print,
                              const Camera* camera)
     : image_(image), print_(print), camera_(camera) {}
 
-std::optional<CornerFit> CheckerFitter::fit_one(const CheckerCell& cell,
-                                                const std::vector<CheckerPlace>& known,
+std::optional<CornerFit> CheckerFitter::fit_one(const CheckerCell& cell, const PlacesByCell& known,
                                                 TagFitOptions options) const {
   const auto local = local_homography(cell, known);
   if (!local) return std::nullopt;
@@ -104,7 +126,7 @@ std::optional<CornerFit> CheckerFitter::fit_one(const CheckerCell& cell,
 }
 
 CameraProcessing CheckerFitter::processing_of(const CheckerCorners& corners,
-                                              const std::vector<CheckerPlace>& places) const {
+                                              const PlacesByCell& places) const {
   std::vector<std::pair<double, CheckerCell>> order;
   for (const auto& [cell, corner] : corners)
     if (const auto local = local_homography(cell, places))
@@ -123,18 +145,16 @@ CameraProcessing CheckerFitter::processing_of(const CheckerCorners& corners,
 
 CheckerCorners CheckerFitter::fit(const std::vector<CheckerPlace>& known) const {
   CheckerCorners corners;
-  std::vector<CheckerPlace> places = known;
+  PlacesByCell places(known);
   std::map<CheckerCell, std::size_t> tried;  // number of places near it in the last try
   bool has_new = true;
   while (has_new) {
-    has_new = false;
     std::vector<CheckerPlace> found;
     for (int row = 0; row < print_.rows(); ++row) {
       for (int column = 0; column < print_.columns(); ++column) {
         const CheckerCell cell{column, row};
         if (corners.contains(cell)) continue;
-        std::size_t near = 0;
-        for (const CheckerPlace& place : places) near += is_near(place, cell, kNear) ? 1U : 0U;
+        const std::size_t near = places.near(cell, kNear).size();
         if (near < 2 || near <= tried[cell]) continue;
         tried[cell] = near;
         TagFitOptions options{.camera = camera_, .lens_follows = true, .is_near = true};
@@ -146,22 +166,15 @@ CheckerCorners CheckerFitter::fit(const std::vector<CheckerPlace>& known) const 
         found.push_back({on_board(cell), corner->corner});
       }
     }
-    for (const CheckerPlace& place : found) {
-      // A fitted corner replaces its own seed.
-      std::erase_if(places, [&](const CheckerPlace& old) {
-        return (old.on_board - place.on_board).norm() <
-               1e-6;  // numeric: equal but for rounding, metres
-      });
-      places.push_back(place);
-      has_new = true;
-    }
+    for (const CheckerPlace& place : found) places.put(place);
+    has_new = !found.empty();
   }
   return corners;
 }
 
 CheckerCorners CheckerFitter::fit_again(const CheckerCorners& corners) const {
-  std::vector<CheckerPlace> places;
-  for (const auto& [cell, corner] : corners) places.push_back({on_board(cell), corner.at});
+  PlacesByCell places;
+  for (const auto& [cell, corner] : corners) places.put({on_board(cell), corner.at});
   const CameraProcessing processing = processing_of(corners, places);
   CheckerCorners again;
   for (const auto& [cell, corner] : corners)
@@ -172,10 +185,10 @@ CheckerCorners CheckerFitter::fit_again(const CheckerCorners& corners) const {
 
 void CheckerFitter::fit_under_lens(CheckerCorners& corners) const {
   std::vector<PanelCorner> on_panel;
-  std::vector<CheckerPlace> places;
+  PlacesByCell places;
   for (const auto& [cell, corner] : corners) {
     on_panel.push_back({on_board(cell), corner.at, std::sqrt(corner.covariance_px2.trace() / 2)});
-    places.push_back({on_board(cell), corner.at});
+    places.put({on_board(cell), corner.at});
   }
   const CameraProcessing processing = processing_of(corners, places);
   TagFitOptions options{.camera = camera_, .is_near = true, .processing = processing};

@@ -24,6 +24,29 @@ struct CheckerPlace {
   Eigen::Vector2d at;
 };
 
+// Places by the corner of the board that is nearest to them, so that those near one corner are
+// found without the others.
+class PlacesByCell {
+ public:
+  PlacesByCell() = default;
+  explicit PlacesByCell(const std::vector<CheckerPlace>& places);
+
+  // Replaces the place at the same point of the board: a fitted corner its own seed.
+  void put(const CheckerPlace& place);
+
+  // The places within some squares of a corner along both axes, in the order in which they were
+  // put.
+  std::vector<CheckerPlace> near(const CheckerCell& cell, double reach) const;
+
+ private:
+  struct Numbered {
+    std::size_t number;
+    CheckerPlace place;
+  };
+  std::size_t count_ = 0;
+  std::map<CheckerCell, std::vector<Numbered>> by_cell_;
+};
+
 class CheckerFitter {
  public:
   // Picture, print and camera (may be null) must outlive it.
@@ -46,10 +69,9 @@ class CheckerFitter {
   CheckerCorners fit_again(const CheckerCorners& corners) const;
 
  private:
-  std::optional<CornerFit> fit_one(const CheckerCell& cell, const std::vector<CheckerPlace>& known,
+  std::optional<CornerFit> fit_one(const CheckerCell& cell, const PlacesByCell& known,
                                    TagFitOptions options) const;
-  CameraProcessing processing_of(const CheckerCorners& corners,
-                                 const std::vector<CheckerPlace>& places) const;
+  CameraProcessing processing_of(const CheckerCorners& corners, const PlacesByCell& places) const;
 
   const ImageView8& image_;
   const CheckerPrint& print_;
