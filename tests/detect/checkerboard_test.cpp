@@ -341,6 +341,29 @@ TEST(CharucoBoards, LoseNoRowInClosePictures) {
   EXPECT_EQ(detect(image, {{board, Pose()}}).view.observations.size(), 24U);
 }
 
+// Noisy pictures of parts of a small board: in some of them markers are read, but every corner that
+// was found at first is refused in the end.
+TEST(CharucoBoards, WithoutCornersAreSaidNotToBeFound) {
+  constexpr double kTurn = 2 * std::numbers::pi;
+  Scene scene;
+  scene.camera = {pinhole(200, 200, 99.5, 74.5), {200, 150}};
+  scene.boards = {{make_board(Charuco{4, 3, .05, .037, "DICT_4X4_50", false}), Pose()}};
+  scene.path = DomePath{{.1, .07, 0}, .2, .5, 0, kTurn, .26, kTurn / 4};
+  scene.jitter = {0, .15, kTurn / 2};
+  scene.sensor = {1, .6, 14};
+  scene.num_views = 40;
+  const TagFamilies families = tag_families(scene.boards);
+  int num_refused = 0;
+  for (const Pose& pose : camera_poses(scene, 0)) {
+    const Image8 image = expose(render_light(scene, families, pose), scene.sensor, 3);
+    const DetectedPicture seen = detect(image, scene.boards);
+    if (!seen.view.observations.empty()) continue;
+    ASSERT_EQ(seen.warnings.size(), 1U);
+    num_refused += seen.warnings[0].find("do not look like its pattern") != std::string::npos;
+  }
+  EXPECT_GT(num_refused, 0);
+}
+
 TEST(RefineCorner, RefusesWhatIsNotThePattern) {
   Random random(10);
   const CheckerView view = checker_view(checkers(8, 5), camera(0), {20, 0, .8, 2, 0}, random);

@@ -267,8 +267,8 @@ SeenChecker CheckerFinder::find_charuco(const ImageView8& image, Target& target)
   if (places.empty()) return seen;
   const CheckerFitter fitter(image, target.print, camera_);
   CheckerCorners corners = fitter.fit(places);
-  seen.answer = corners.empty() ? CheckerAnswer::not_fitted : CheckerAnswer::found;
   fitter.fit_under_lens(corners);
+  seen.answer = corners.empty() ? CheckerAnswer::not_fitted : CheckerAnswer::found;
   seen.corners = observations_of(corners, target.squares);
   return seen;
 }
