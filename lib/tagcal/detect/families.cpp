@@ -16,10 +16,12 @@
 #include <array>
 #include <map>
 #include <mutex>
+#include <optional>
+#include <string>
 #include <tuple>
+#include <vector>
 
 #include "tagcal/detect/apriltag/apriltag_handles.hpp"
-#include "tagcal/detect/apriltag/dictionary_family.hpp"
 #include "tagcal/detect/opencv/marker_dictionary.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/scene/print/printed_tag.hpp"
@@ -45,6 +47,74 @@ constexpr std::array kFamilies = {
     KnownFamily{"tagCircle49h12", tagCircle49h12_create, tagCircle49h12_destroy},
     KnownFamily{"tagCustom48h12", tagCustom48h12_create, tagCustom48h12_destroy},
 };
+
+// A family that owns its arrays.
+struct OwnedFamily {
+  apriltag_family_t family{};  // first: the handle points to it
+  std::string name;
+  std::vector<std::uint64_t> codes;
+  std::vector<std::uint32_t> x, y;
+};
+
+void destroy_owned(apriltag_family_t* family) { delete reinterpret_cast<OwnedFamily*>(family); }
+
+// Cells in the order in which AprilTag turns codes: those of the first quarter row by row, then the
+// same cells of the second quarter, turned clockwise, and so on; the middle last.
+void set_cells(OwnedFamily& owned, int side) {
+  const auto add = [&](int x, int y) {
+    owned.x.push_back(static_cast<std::uint32_t>(x));
+    owned.y.push_back(static_cast<std::uint32_t>(y));
+  };
+  for (int quarter = 0; quarter < 4; ++quarter) {
+    for (int row = 0; row < side / 2; ++row) {
+      for (int column = row; column < side - 1 - row; ++column) {
+        int x = column, y = row;
+        for (int i = 0; i < quarter; ++i) {
+          const int turned = side - 1 - y;
+          y = x;
+          x = turned;
+        }
+        add(x, y);
+      }
+    }
+  }
+  if (side % 2 == 1) add(side / 2, side / 2);
+}
+
+std::uint64_t reordered(std::uint64_t code, const OwnedFamily& owned, int side) {
+  std::uint64_t result = 0;
+  for (std::size_t i = 0; i < owned.x.size(); ++i) {
+    const int bit = static_cast<int>(owned.y[i]) * side + static_cast<int>(owned.x[i]);
+    result = result << 1 | (code >> (side * side - 1 - bit) & 1U);
+  }
+  return result;
+}
+
+// The markers of OpenCV's dictionary as a family of the AprilTag library, with a border one cell
+// wide: its detector then reads them. Empty if OpenCV has no dictionary of this name.
+FamilyHandle create_dictionary_family(std::string_view name) {
+  const std::optional<MarkerDictionary> dictionary = marker_dictionary(name);
+  if (!dictionary) return FamilyHandle(nullptr, FamilyDeleter{destroy_owned});
+  const int side = dictionary->side;
+  auto* owned = new OwnedFamily;
+  FamilyHandle handle(&owned->family, FamilyDeleter{destroy_owned});
+  owned->name = name;
+  set_cells(*owned, side);
+  for (const std::uint64_t code : dictionary->codes)
+    owned->codes.push_back(reordered(code, *owned, side));
+  for (auto* places : {&owned->x, &owned->y})
+    for (std::uint32_t& at : *places) ++at;  // the border
+  handle->ncodes = static_cast<std::uint32_t>(owned->codes.size());
+  handle->codes = owned->codes.data();
+  handle->width_at_border = side + 2;
+  handle->total_width = side + 4;
+  handle->nbits = static_cast<std::uint32_t>(owned->x.size());
+  handle->bit_x = owned->x.data();
+  handle->bit_y = owned->y.data();
+  handle->h = static_cast<std::uint32_t>(dictionary->min_distance);
+  handle->name = owned->name.data();
+  return handle;
+}
 
 FamilyHandle create_plain_family(std::string_view name) {
   const auto* const known = std::ranges::find(kFamilies, name, &KnownFamily::name);

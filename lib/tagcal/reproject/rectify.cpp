@@ -14,7 +14,6 @@
 #include "tagcal/reproject/policy/policy.hpp"
 #include "tagcal/reproject/rows/outline.hpp"
 #include "tagcal/reproject/rows/pinhole_pair.hpp"
-#include "tagcal/reproject/rows/transverse.hpp"
 
 namespace tagcal {
 using namespace internal;

@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "tagcal/reproject/rectify.hpp"
-#include "tagcal/reproject/rows/transverse.hpp"
+#include "tagcal/reproject/rows/pinhole_pair.hpp"
 #include "tagcal/uncertainty/rays/seen_ray.hpp"
 
 namespace tagcal {

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tagcal/detect/apriltag/pinhole_picture.hpp"
 #include "tagcal/detect/apriltag/sightings.hpp"
 #include "tagcal/detect/families.hpp"
 #include "tagcal/detect/policy/policy.hpp"
@@ -34,6 +33,43 @@ int most_wrong_bits(const Wanted& wanted) {
   const FamilyHandle family = create_family(wanted.family, wanted.border_bits);
   const int by_distance = (static_cast<int>(family->h) - 1) / 2;  // a code stays the nearest one
   return std::min(by_distance, family->ncodes > kMaxCodesForTwo ? 1 : 2);
+}
+
+constexpr int kPinholeSide =
+    256;  // numeric: px; tags that AprilTag does not see otherwise are large
+constexpr double kPinholeHalfWidth = 2;  // numeric: tangent of half its field of view, 63 degrees
+
+// A picture of a fisheye camera as a pinhole camera along its axis would see it, small and wide.
+// The lens must outlive it.
+class PinholePicture {
+ public:
+  PinholePicture(const ImageView8& picture, const Lens& lens);
+
+  const Image8& image() const { return image_; }
+  // The place in the picture; no value if it is outside.
+  std::optional<Eigen::Vector2d> in_picture(const Eigen::Vector2d& pixel) const;
+
+ private:
+  ImageSize size_;
+  const Lens& lens_;
+  Image8 image_;
+};
+
+PinholePicture::PinholePicture(const ImageView8& picture, const Lens& lens)
+    : size_(picture.size()), lens_(lens), image_({kPinholeSide, kPinholeSide}) {
+  for (int y = 0; y < kPinholeSide; ++y)
+    for (int x = 0; x < kPinholeSide; ++x)
+      if (const auto at = in_picture(Eigen::Vector2d(x, y)))
+        image_(x, y) = picture(static_cast<int>(at->x()), static_cast<int>(at->y()));
+}
+
+std::optional<Eigen::Vector2d> PinholePicture::in_picture(const Eigen::Vector2d& pixel) const {
+  const Eigen::Vector2d tangent =
+      (pixel / (kPinholeSide / 2) - Eigen::Vector2d::Ones()) * kPinholeHalfWidth;
+  const auto at = project(lens_, tangent.homogeneous());
+  const bool is_inside =
+      at && at->minCoeff() >= 0 && at->x() < size_.width && at->y() < size_.height;
+  return is_inside ? at : std::nullopt;
 }
 
 }  // namespace

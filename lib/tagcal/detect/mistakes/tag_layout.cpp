@@ -1,4 +1,4 @@
-#include "tagcal/detect/mistakes/tag_layout.hpp"
+#include "tagcal/detect/mistakes/mistakes.hpp"
 
 #include <fmt/format.h>
 

@@ -1,11 +1,9 @@
-#include "tagcal/detect/mistakes/target_type.hpp"
+#include "tagcal/detect/mistakes/mistakes.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "tagcal/detect/checker_search/checker_finder.hpp"
-#include "tagcal/detect/mistakes/tag_kinds.hpp"
 #include "tagcal/detect/policy/policy.hpp"
 #include "tagcal/internal/overloaded.hpp"
 
@@ -68,6 +66,27 @@ std::optional<TargetMistake> target_type_mistake(const ImageView8& image,
   const Board& board = boards.front().board;
   if (auto tags = other_tags(image, board)) return tags;
   return checkerboard(image, board);
+}
+
+std::optional<TargetMistake> grid_size_mistake(const SeenChecker& seen, const Board& board) {
+  if (seen.answer != CheckerAnswer::other_grid) return std::nullopt;
+  const Checkerboard squares = checkers(board).value();
+  const auto [columns, rows] = size_beside(seen.size, squares);
+  TargetMistake mistake{"wrong size of grid", "", true};
+  if (columns == squares.columns - 1 && rows == squares.rows - 1) {
+    mistake.sentence = fmt::format(
+        "the picture shows a grid of {} x {} corners, as a board of {} x {} squares has; the "
+        "target "
+        "file must count the corners inside, not the squares; write targetCols: {}, targetRows: {}",
+        columns, rows, squares.columns, squares.rows, columns, rows);
+    return mistake;
+  }
+  mistake.needs_others = columns <= squares.columns && rows <= squares.rows;
+  mistake.sentence = fmt::format(
+      "the picture shows a grid of {} x {} corners, but the target file says {} x {}; write "
+      "targetCols: {}, targetRows: {}",
+      columns, rows, squares.columns, squares.rows, columns, rows);
+  return mistake;
 }
 
 }  // namespace tagcal::internal

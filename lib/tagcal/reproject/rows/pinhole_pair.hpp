@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <array>
+#include <cmath>
 #include <optional>
 
 #include "tagcal/uncertainty/known_rig.hpp"
@@ -32,5 +33,12 @@ struct PinholePair {
 PinholePair pinholes_of(const std::array<const KnownRig::Member*, 2>& members,
                         const PairOrientation& orientation, bool zero_disparity,
                         std::optional<double> alpha);
+
+// The angles of a direction towards the axis x and about it, from z to y
+// (PanoramaKind::transverse).
+inline Eigen::Vector2d transverse_angles(const Eigen::Vector3d& direction) {
+  return {std::atan2(direction.x(), direction.tail<2>().norm()),
+          std::atan2(direction.y(), direction.z())};
+}
 
 }  // namespace tagcal::internal
