@@ -24,6 +24,25 @@ TEST_F(Cli, CirclesCalibrateWithinTheirClaims) {
   }
 }
 
+// The caption and the scale beside the discs are no discs.
+TEST_F(Cli, CirclesThatBoardPrintsAreFound) {
+  const std::string pattern = "target_type: circlegrid\nspacingMeters: 0.016\n";
+  spill(root() / "asymmetric.yaml",
+        pattern + "targetCols: 4\ntargetRows: 11\nasymmetricGrid: true\n");
+  spill(root() / "symmetric.yaml", pattern + "targetCols: 7\ntargetRows: 5\n");
+  for (const std::string kind : {"asymmetric", "symmetric"}) {
+    const std::string target = path(kind + ".yaml"), sheet = path(kind + "_sheet.png");
+    const std::string printed = path(kind + "_sheet.yaml");  // may be smaller, to fit the paper
+    ASSERT_EQ(
+        run("board " + target + " --paper letter --landscape --dpi 150 --out " + sheet).exit_code,
+        0);
+    const Outcome found =
+        run("detect --target " + printed + " " + sheet + " --out " + path("n.csv"));
+    EXPECT_EQ(found.exit_code, 0) << found.err;
+    EXPECT_NE(found.out.find("1 of 1 picture"), std::string::npos) << found.out << found.err;
+  }
+}
+
 // As OpenCV orders centres: row by row from above, from the left.
 TEST_F(Cli, CirclesConvertToOpenCvsListOfPoints) {
   spill(root() / "two.yaml",

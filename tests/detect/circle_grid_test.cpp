@@ -78,9 +78,9 @@ TEST(CircleGrids, CentresAreAtTheBoundUpTo60Degrees) {
       View start = seen;
       const auto gravity = internal::circle_blobs(view.image, 1);
       for (Observation& one : start.observations)
-        one.pixel = *std::ranges::min_element(gravity, {}, [&](const Vector2d& blob) {
-          return (blob - view.corners.at(one.id)).norm();
-        });
+        one.pixel = std::ranges::min_element(gravity, {}, [&](const internal::CircleBlob& blob) {
+                      return (blob.at - view.corners.at(one.id)).norm();
+                    })->at;
       blobs.add(start, view);
     }
     SCOPED_TRACE(tilt);

@@ -116,10 +116,11 @@ TEST(CornerError, OfRefinedViewsWidensWhatAFitHasPut) {
   EXPECT_GT(refined.corner_error_px, .05);
   for (const View& one : refined.views)
     for (const Observation& seen : one.observations)
-      if (one.image.empty() || seen.id.tag_id == kHidden)
+      if (one.image.empty() || seen.id.tag_id == kHidden) {
         EXPECT_EQ(*seen.covariance_px2, claimed);
-      else if (*seen.covariance_px2 != claimed)
+      } else if (*seen.covariance_px2 != claimed) {
         EXPECT_GT((*seen.covariance_px2)(0, 0), std::pow(refined.corner_error_px, 2));
+      }
 }
 
 TEST(CornerError, NeedsABoardThatShowsItsLens) {

@@ -32,10 +32,11 @@ double cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y(
 using CircleLattice = std::map<Cell, Vector2d>;
 
 // The lattice that grows from a blob and its nearest neighbours: each further blob lies where its
-// neighbours in the lattice predict it. One of more than `most` blobs is not completed.
+// neighbours in the lattice predict it, and is about as large as they are, which letters beside the
+// discs are not. One of more than `most` blobs is not completed.
 class Growth {
  public:
-  Growth(const std::vector<Vector2d>& blobs, const PointBins& bins, std::size_t seed,
+  Growth(const std::vector<CircleBlob>& blobs, const PointBins& bins, std::size_t seed,
          std::size_t most)
       : blobs_(blobs), bins_(bins), most_(most), is_used_(blobs.size(), false) {
     add({0, 0}, seed);
@@ -47,7 +48,7 @@ class Growth {
   CircleLattice lattice() const {
     if (!has_basis_) return {};
     CircleLattice result;
-    for (const auto& [cell, blob] : cells_) result[cell] = blobs_[blob];
+    for (const auto& [cell, blob] : cells_) result[cell] = blobs_[blob].at;
     return result;
   }
 
@@ -58,15 +59,23 @@ class Growth {
     edge_.push_back(cell);
   }
 
+  bool is_alike(std::size_t a, std::size_t b) const {
+    const auto [small, large] = std::minmax(blobs_[a].diameter_px, blobs_[b].diameter_px);
+    return large <= policy::kBlobMostRatio * small;
+  }
+
   // The shortest vector to another blob, and the shortest one that is independent of it.
   bool find_basis(std::size_t seed) {
-    const Vector2d& from = blobs_[seed];
+    const Vector2d& from = blobs_[seed].at;
     for (double reach = kFirstReachPx;; reach *= 2) {
       std::vector<Vector2d> around;
+      std::size_t num_within = 0;
       const Vector2d half = Vector2d::Constant(reach);
       bins_.in_box({from - half, from + half}, [&](std::size_t i) {
-        const Vector2d v = blobs_[i] - from;
-        if (i != seed && v.norm() <= reach) around.push_back(v);
+        const Vector2d v = blobs_[i].at - from;
+        if (v.norm() > reach) return;
+        ++num_within;
+        if (i != seed && is_alike(i, seed)) around.push_back(v);
       });
       std::ranges::sort(around, {}, [](const Vector2d& v) { return v.squaredNorm(); });
       const auto second = std::ranges::find_if(around, [&](const Vector2d& v) {
@@ -77,14 +86,14 @@ class Growth {
         second_ = *second;
         return true;
       }
-      if (around.size() + 1 == blobs_.size()) return false;
+      if (num_within == blobs_.size()) return false;
     }
   }
 
   std::optional<Vector2d> at(const Cell& cell) const {
     const auto found = cells_.find(cell);
     if (found == cells_.end()) return std::nullopt;
-    return blobs_[found->second];
+    return blobs_[found->second].at;
   }
 
   // The step from a cell to its next one: as the step before it, or as that of a cell beside it.
@@ -111,8 +120,8 @@ class Growth {
         double least = policy::kMaxMoveShare * length.norm();
         const Vector2d around = Vector2d::Constant(least);
         bins_.in_box({expected - around, expected + around}, [&](std::size_t k) {
-          const double distance = (blobs_[k] - expected).norm();
-          if (distance >= least || is_used_[k]) return;
+          const double distance = (blobs_[k].at - expected).norm();
+          if (distance >= least || is_used_[k] || !is_alike(k, cells_.at(cell))) return;
           least = distance;
           nearest = k;
         });
@@ -121,7 +130,7 @@ class Growth {
     }
   }
 
-  const std::vector<Vector2d>& blobs_;
+  const std::vector<CircleBlob>& blobs_;
   const PointBins& bins_;
   const std::size_t most_;
   std::vector<bool> is_used_;
@@ -229,8 +238,10 @@ CirclePlaces places_in_lattice(const CircleGrid& grid, const CircleLattice& latt
 
 }  // namespace
 
-CirclePlaces places_among(const std::vector<Vector2d>& blobs, const CircleGrid& grid) {
-  const PointBins bins(blobs);
+CirclePlaces places_among(const std::vector<CircleBlob>& blobs, const CircleGrid& grid) {
+  std::vector<Vector2d> centres;
+  for (const CircleBlob& blob : blobs) centres.push_back(blob.at);
+  const PointBins bins(centres);
   const auto num_discs = static_cast<std::size_t>(grid.columns * grid.rows);
   for (std::size_t seed = 0; seed < blobs.size(); ++seed) {
     const Growth growth(blobs, bins, seed, num_discs);

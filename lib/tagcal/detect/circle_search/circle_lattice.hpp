@@ -4,6 +4,7 @@
 #include <map>
 #include <vector>
 
+#include "tagcal/detect/opencv/circle_blobs.hpp"
 #include "tagcal/scene/board.hpp"
 
 // Private to detect.
@@ -14,6 +15,6 @@ using CirclePlaces = std::map<int, Eigen::Vector2d>;
 
 // A grid's discs among the blobs of a picture: the first lattice that shows them from the front,
 // each outermost row and column to a third, and more than half of all. Empty if none does.
-CirclePlaces places_among(const std::vector<Eigen::Vector2d>& blobs, const CircleGrid& grid);
+CirclePlaces places_among(const std::vector<CircleBlob>& blobs, const CircleGrid& grid);
 
 }  // namespace tagcal::internal

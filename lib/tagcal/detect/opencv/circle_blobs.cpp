@@ -35,7 +35,7 @@ cv::SimpleBlobDetector::Params blob_parameters(const ImageView8& image, int num_
 
 }  // namespace
 
-std::vector<Eigen::Vector2d> circle_blobs(const ImageView8& image, int num_blobs) {
+std::vector<CircleBlob> circle_blobs(const ImageView8& image, int num_blobs) {
   const cv::SimpleBlobDetector::Params parameters = blob_parameters(image, num_blobs);
   if (parameters.maxThreshold - parameters.minThreshold < policy::kMinContrast) return {};
   // OpenCV reads the pixels only.
@@ -44,8 +44,9 @@ std::vector<Eigen::Vector2d> circle_blobs(const ImageView8& image, int num_blobs
                        static_cast<std::size_t>(image.stride()));
   std::vector<cv::KeyPoint> blobs;
   cv::SimpleBlobDetector::create(parameters)->detect(pixels, blobs);
-  std::vector<Eigen::Vector2d> result;
-  for (const cv::KeyPoint& blob : blobs) result.emplace_back(blob.pt.x, blob.pt.y);
+  std::vector<CircleBlob> result;
+  for (const cv::KeyPoint& blob : blobs)
+    result.push_back({Eigen::Vector2d(blob.pt.x, blob.pt.y), blob.size});
   return result;
 }
 

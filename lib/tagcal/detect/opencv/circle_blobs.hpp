@@ -8,8 +8,13 @@
 // Private to detect.
 namespace tagcal::internal {
 
-// The centres of gravity of dark convex blobs by cv::SimpleBlobDetector, px; at least `num_blobs`
-// are expected in the picture. Perspective, the lens and the thresholds displace them.
-std::vector<Eigen::Vector2d> circle_blobs(const ImageView8& image, int num_blobs);
+struct CircleBlob {
+  Eigen::Vector2d
+      at;  // centre of gravity, px; perspective, the lens and the thresholds displace it
+  double diameter_px = 0;
+};
+
+// Dark convex blobs by cv::SimpleBlobDetector; at least `num_blobs` are expected in the picture.
+std::vector<CircleBlob> circle_blobs(const ImageView8& image, int num_blobs);
 
 }  // namespace tagcal::internal
