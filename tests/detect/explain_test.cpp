@@ -231,6 +231,31 @@ TEST(Explain, WrongCharucoBoards) {
   }
 }
 
+// A column of the board has places of another one, or all tags are a row off.
+TEST(Explain, WrongFirstIds) {
+  const Image8 image = picture_of(grid_of("tag36h11", 1));
+  for (const int first : {1, 4}) {
+    const Board wrong = make_board(AprilGrid{4, 3, 0.06, 0.3, first, "tag36h11", 1, false});
+    expect_one_mistake(explained(image, wrong),
+                       "wrong first id: the ids in the picture, 0 to 11, are in the places of a "
+                       "board whose ids begin with 0, but the target file says " +
+                           std::to_string(first) + "; write first_id: 0");
+    const Detected set = detected({image}, wrong);
+    EXPECT_TRUE(std::ranges::any_of(set.warnings, [](const std::string& warning) {
+      return warning.ends_with("write first_id: 0");
+    }));
+  }
+  Charuco markers = charuco(7, 6, false);
+  const Image8 squares = picture_of(make_board(markers));
+  markers.first_marker_id = 1;
+  const Explanation e = explained(squares, make_board(markers));
+  expect_one_mistake(e, "wrong first id: ");
+  EXPECT_TRUE(e.mistakes[0].ends_with("write first_marker_id: 0")) << e.mistakes[0];
+  EXPECT_TRUE(std::ranges::any_of(
+      detected({squares}, make_board(markers)).warnings,
+      [](const std::string& warning) { return warning.ends_with("write first_marker_id: 0"); }));
+}
+
 // Pictures of a board with markers that were left out are not loaded for its mistakes.
 TEST(Explain, FilesThatCannotBeReadAreLeftOut) {
   const std::vector<PlacedBoard> boards = {{make_board(charuco(7, 6, false)), Pose()}};

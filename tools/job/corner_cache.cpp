@@ -67,9 +67,13 @@ Json json_of(const DetectedPicture& found) {
     }
     unfitted.push_back(std::move(values));
   }
-  return {{"corners", corners},         {"unfitted", unfitted},
-          {"warnings", found.warnings}, {"size", {found.size.width, found.size.height}},
-          {"sure", found.num_sure},     {"unread", found.num_unread}};
+  return {{"corners", corners},
+          {"unfitted", unfitted},
+          {"warnings", found.warnings},
+          {"size", {found.size.width, found.size.height}},
+          {"sure", found.num_sure},
+          {"unread", found.num_unread},
+          {"strange", found.has_strange_tags}};
 }
 
 DetectedPicture found_of(const Json& json, const std::string& name) {
@@ -97,6 +101,7 @@ DetectedPicture found_of(const Json& json, const std::string& name) {
   found.size = {json.at("size").at(0), json.at("size").at(1)};
   found.num_sure = json.at("sure");
   found.num_unread = json.at("unread");
+  found.has_strange_tags = json.at("strange");
   return found;
 }
 

@@ -98,6 +98,14 @@ class Explainer {
       result_.decoded.push_back({seen.kind.family, seen.kind.border_bits, ids_of(seen.tags)});
   }
 
+  // Null without sure tags of a kind.
+  const TagsOfKind* sure_of(const TagKind& kind) const {
+    const auto seen = std::ranges::find_if(sure_, [&](const TagsOfKind& other) {
+      return other.kind.family == kind.family && other.kind.border_bits == kind.border_bits;
+    });
+    return seen == sure_.end() ? nullptr : &*seen;
+  }
+
   void search_for_kinds(const ImageView8& searched) {
     KindsInPicture seen = search_kinds(searched, kinds_beside(boards_));
     result_.quads = seen.quads;
@@ -112,7 +120,10 @@ class Explainer {
     const Completion& completion = seen.completions.front();
     report(completion, seen.repeated);
     name_mistakes(board, seen);
-    for (TargetMistake& mistake : layout_mistakes(board, quads_of(completion.tags)))
+    const TagsOfKind* const sure = sure_of(tag_kind(board).value());
+    const bool has_strange = !seen.strange.empty() && !completion.tags.empty() && sure;
+    for (TargetMistake& mistake :
+         layout_mistakes(board, quads_of(has_strange ? sure->tags : completion.tags)))
       add(std::move(mistake));
   }
 
@@ -125,7 +136,8 @@ class Explainer {
     if (auto mistake = kind_mistake(first_size_, board, sure_, nothing_read))
       return add(std::move(*mistake));
     if (nothing_read) return;
-    for (TargetMistake& mistake : layout_mistakes(board, quads_of(read->tags)))
+    const TagsOfKind* const sure = sure_of(wanted);
+    for (TargetMistake& mistake : layout_mistakes(board, quads_of((sure ? *sure : *read).tags)))
       add(std::move(mistake));
   }
 
@@ -205,7 +217,9 @@ class Explainer {
 // True if the picture shows less of the boards than it should, or tags at other places.
 bool is_suspicious(const DetectedPicture& found, const std::vector<PlacedBoard>& boards) {
   if (!found.unreadable.empty()) return false;
-  if (found.num_unread > found.num_sure || found.view.observations.empty()) return true;
+  if (found.num_unread > found.num_sure || found.view.observations.empty() ||
+      found.has_strange_tags)
+    return true;
   const SeenQuads quads = internal::quads_of(found.view);
   std::size_t points = 0;
   for (const PlacedBoard& placed : boards) {
@@ -288,8 +302,9 @@ std::vector<TargetMistake> wrong_marker_size(const std::vector<ImageSource>& ima
   if (!has_markers || best == found.end() || best->view.observations.empty()) return {};
   const auto probe = static_cast<std::size_t>(best - found.begin());
   std::vector<TargetMistake> mistakes = mistakes_in({probe}, images, boards, options).front();
-  std::erase_if(mistakes,
-                [](const TargetMistake& mistake) { return mistake.name != kWrongMarkerSize; });
+  std::erase_if(mistakes, [](const TargetMistake& mistake) {
+    return mistake.name != kWrongMarkerSize && mistake.name != kWrongFirstId;
+  });
   return mistakes;
 }
 

@@ -45,6 +45,7 @@ struct DetectedPicture {
   // picture but not surely read. They decide whether the target's border is wrong.
   int num_sure = 0;
   int num_unread = 0;
+  bool has_strange_tags = false;  // of the boards' families, on no board
   std::string unreadable;  // why it could not be loaded; the rest is empty then
 };
 

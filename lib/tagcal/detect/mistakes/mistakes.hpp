@@ -33,8 +33,10 @@ void keep_sure(const ImageView8& image, std::vector<TagsOfKind>& kinds);
 std::optional<TargetMistake> kind_mistake(const ImageView8& image, const Board& board,
                                           const std::vector<TagsOfKind>& sure, bool nothing_found);
 
-// The name of the only mistake of a ChArUco board with which all corners are found.
+// The names of the mistakes with which all corners may be found: of a ChArUco board's markers, and
+// of the least id, which may move the whole board.
 inline constexpr const char* kWrongMarkerSize = "wrong marker size";
+inline constexpr const char* kWrongFirstId = "wrong first id";
 
 using SeenQuads = std::map<int, Quad>;  // tags of a picture by id
 
@@ -42,8 +44,9 @@ using SeenQuads = std::map<int, Quad>;  // tags of a picture by id
 SeenQuads quads_of(const View& view);
 
 // Compares the places of the tags relative to their neighbours in a picture with the target file:
-// an AprilGrid's columns and spacing; a ChArUco board's squares, pattern and size of markers. Other
-// boards, and pictures with few tags, show no mistake.
+// the first id; an AprilGrid's columns and spacing; a ChArUco board's squares, pattern and size of
+// markers. `seen`: also tags of its family that are not on the board. Other boards, and pictures
+// with few tags, show no mistake.
 std::vector<TargetMistake> layout_mistakes(const Board& board, const SeenQuads& seen);
 
 // The mistake in a checkerboard's numbers of corners, if the picture shows a grid of another size.

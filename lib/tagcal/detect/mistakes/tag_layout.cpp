@@ -96,6 +96,43 @@ bool is_refuted_by(const Agreement& own, const Agreement& other) {
   return is_sure(other) && other.share - own.share > 1 - policy::kLayoutSureShare;
 }
 
+// A board's ids in their order: the layout if they begin with this one.
+struct Ids {
+  std::function<Layout(int first)> layout;
+  int first = 0;   // by the target file
+  int count = 0;   // of the board
+  int period = 1;  // of ids, after which the layout repeats
+  const char* key = "";
+};
+
+bool has_strange(const SeenQuads& seen, const Ids& ids) {
+  return !seen.empty() &&
+         (seen.begin()->first < ids.first || seen.rbegin()->first >= ids.first + ids.count);
+}
+
+// Tags that their neighbours place where a board has them that begins with another id. Which one is
+// sure if the picture shows the first row and the last.
+std::vector<TargetMistake> first_id_mistakes(const std::vector<Neighbour>& neighbours,
+                                             const Agreement& own, const SeenQuads& seen,
+                                             const Ids& ids) {
+  if (seen.empty()) return {};
+  const int least = seen.begin()->first, most = seen.rbegin()->first;
+  for (int first = least; first > least - ids.period && first >= 0; --first) {
+    if (first == ids.first || most >= first + ids.count) continue;
+    const Agreement other = agreement(neighbours, ids.layout(first));
+    // Half of the pairs that disagree: neither is right beside tags of something else.
+    if (!is_sure(other) || 2 * (1 - other.share) >= 1 - own.share) continue;
+    const bool is_whole = most >= first + ids.count - ids.period;
+    return {{kWrongFirstId,
+             fmt::format("the ids in the picture, {} to {}, are in the places of a board whose ids "
+                         "begin with {}, but the target file says {}; write {}: {}{}",
+                         least, most, first, ids.first, ids.key, first,
+                         is_whole ? "" : ", if the picture shows the board's first row"),
+             true}};
+  }
+  return {};
+}
+
 // ---- AprilGrid
 
 Layout grid_layout(int columns, int first_id) {
@@ -108,6 +145,10 @@ Layout grid_layout(int columns, int first_id) {
 std::vector<TargetMistake> grid_mistakes(const AprilGrid& grid, const SeenQuads& seen) {
   const std::vector<Neighbour> neighbours = neighbours_in(seen);
   const Agreement own = agreement(neighbours, grid_layout(grid.columns, grid.first_id));
+  const Ids ids{[&](int first) { return grid_layout(grid.columns, first); }, grid.first_id,
+                grid.columns * grid.rows, grid.columns, "first_id"};
+  const std::vector<TargetMistake> of_first_id = first_id_mistakes(neighbours, own, seen, ids);
+  if (has_strange(seen, ids) && !of_first_id.empty()) return of_first_id;
   if (!is_sure(own)) {
     for (int columns = 1; columns <= kMostColumns; ++columns)
       if (is_refuted_by(own, agreement(neighbours, grid_layout(columns, grid.first_id))))
@@ -116,7 +157,7 @@ std::vector<TargetMistake> grid_mistakes(const AprilGrid& grid, const SeenQuads&
                              "says {}; write tagCols: {}",
                              columns, grid.columns, columns),
                  true}};
-    return {};
+    return of_first_id;
   }
   const double spacing = own.scale - 1;
   if (std::abs(spacing - grid.tag_spacing) < policy::kSpacingTolerance) return {};
@@ -201,9 +242,14 @@ std::vector<TargetMistake> charuco_mistakes(const Charuco& board, const SeenQuad
   const bool is_shifted = board.legacy && board.square_rows % 2 == 0;
   const Agreement own =
       agreement(neighbours, marker_layout(board.square_columns, is_shifted, first, last));
+  const Ids ids{[&](int id) { return marker_layout(board.square_columns, is_shifted, id, last); },
+                first, static_cast<int>(tags_of({board, {}}).size()), board.square_columns,
+                "first_marker_id"};
+  const std::vector<TargetMistake> of_first_id = first_id_mistakes(neighbours, own, seen, ids);
+  if (has_strange(seen, ids) && !of_first_id.empty()) return of_first_id;
   if (!is_sure(own)) {
     const auto other = other_squares(neighbours, own, first, last);
-    if (!other) return {};
+    if (!other) return of_first_id;
     if (other->columns == board.square_columns)
       return {{"wrong pattern", pattern_text(board, other->shifted), true}};
     return {{"wrong squares", squares_text(board, *other), true}};

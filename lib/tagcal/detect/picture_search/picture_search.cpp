@@ -122,6 +122,7 @@ void PictureSearch::add_tags(const ImageView8& image, const std::string& name,
   for (std::size_t i = 0; i < searches_.size(); ++i) {
     const SeenTags& seen = last_->tags[i];
     warn_of(seen, searches_[i].wanted().family, name, found.warnings);
+    found.has_strange_tags |= !seen.strange.empty();
     for (const Completion& completion : seen.completions) {
       for (const FoundTag& tag : completion.tags) add_corners(tag, found.view);
       count.add(image, completion, searches_[i].family());
