@@ -94,12 +94,25 @@ TEST_F(CliWrongTarget, PosesSayIt) {
   }
 }
 
+// Corners at wrong places are no change of the camera.
+TEST_F(CliWrongTarget, CheckTellsNothing) {
+  const std::string right = slurp(root() / "set/target.yaml");
+  spill(root() / "wrong.yaml", replaced(right, "tagSpacing: 0.3", "tagSpacing: 0.2"));
+  const Outcome outcome = run("check --target " + path("wrong.yaml") + " " + path("set/images") +
+                              " --camera " + path("set/truth.yaml"));
+  EXPECT_EQ(outcome.exit_code, 3) << outcome.out;
+  EXPECT_NE(outcome.out.find("do not test"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find("wrong tag spacing"), std::string::npos) << outcome.out;
+}
+
 TEST_F(CliWrongTarget, AprilGrids) {
   for (const WrongTarget& wrong : {WrongTarget{"tagCols: 4", "tagCols: 3", "wrong columns: "},
                                    {"tagCols: 4", "tagCols: 5", "wrong columns: "},
                                    {"tagSpacing: 0.3", "tagSpacing: 0.2", "wrong tag spacing: "},
                                    {"border_bits: 1", "border_bits: 2", "wrong border: "},
-                                   {"\"tag36h11\"", "\"tag25h9\"", "wrong family: "}})
+                                   {"\"tag36h11\"", "\"tag25h9\"", "wrong family: "},
+                                   {"first_id: 0", "first_id: 1", "wrong first id: "},
+                                   {"first_id: 0", "first_id: 4", "wrong first id: "}})
     expect_mended("set", wrong);
 }
 
@@ -111,7 +124,8 @@ TEST_F(CliWrongTarget, CharucoBoards) {
                     "wrong squares: "},
         {"squareCols: 7\nsquareRows: 6", "squareCols: 6\nsquareRows: 5", "wrong squares: "},
         {"legacy: false", "legacy: true", "wrong pattern: "},
-        {"DICT_4X4_250", "DICT_5X5_100", "wrong dictionary: "}})
+        {"DICT_4X4_250", "DICT_5X5_100", "wrong dictionary: "},
+        {"first_marker_id: 0", "first_marker_id: 1", "wrong first id: "}})
     expect_mended("charuco", wrong);
   // Another size of the markers hides corners, but moves none.
   // A small error hides none, but their noise is several times as large.

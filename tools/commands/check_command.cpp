@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -9,6 +11,7 @@
 #include "job/messages.hpp"
 #include "job/plain_text.hpp"
 #include "report/check_report.hpp"
+#include "tagcal/estimate/findings.hpp"
 #include "tagcal/io/camera_file.hpp"
 
 namespace tagcal::tools {
@@ -32,12 +35,28 @@ CameraCheck check_of_rig(const CheckArguments& arguments) {
   return naming(arguments.camera, [&] { return check_rig(data, known, arguments.options); });
 }
 
+// Corners at wrong places of the board test no camera.
+void refuse_wrong_target(const std::vector<TargetMistake>& mistakes, CameraCheck& check) {
+  const auto mistake = std::ranges::find_if(mistakes, &TargetMistake::moves_corners);
+  if (mistake == mistakes.end()) return;
+  constexpr double kInfinite = std::numeric_limits<double>::infinity();
+  check.verdict = CheckVerdict::cannot_tell;
+  check.in_sigmas = -kInfinite;
+  check.smallest_px = kInfinite;
+  check.change.reset();
+  check.detectable.clear();
+  add(check.findings, code::no_consensus,
+      "the pictures and the target file do not agree: " + mistake->text());
+}
+
 CameraCheck check_of_camera(const CheckArguments& arguments) {
   const CameraViews read =
       read_camera_views(arguments.input, arguments.camera, arguments.pair, arguments.threads);
-  return naming(arguments.camera, [&] {
+  CameraCheck check = naming(arguments.camera, [&] {
     return check_camera(read.input.dataset, uncertain_camera(read.camera), arguments.options);
   });
+  refuse_wrong_target(read.input.mistakes, check);
+  return check;
 }
 
 int run(const CheckArguments& arguments) {

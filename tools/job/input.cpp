@@ -280,8 +280,10 @@ fs::path corner_cache_of(const fs::path& out) {
 void check_image_size(const ImageSize& size, const std::string& file, const Input& input) {
   const ImageSize& expected = input.dataset.image_size;
   if (size == expected) return;
-  throw Error(fmt::format("{}: image size must be {}x{} as in {}, got {}x{}", file, expected.width,
-                          expected.height, input.sized_by, size.width, size.height));
+  throw Error(fmt::format(
+      "{}: image size must be {}x{} as in {}, got {}x{}; if these pictures were scaled or cut, "
+      "convert the camera with --resize or --crop",
+      file, expected.width, expected.height, input.sized_by, size.width, size.height));
 }
 
 void leave_out_unreadable(Input& input, const std::vector<std::string>& unreadable) {
