@@ -109,7 +109,6 @@ void define_diagnosis(Record<Calibration>& record) {
   record.field("outliers", &Calibration::outliers, "The rejected corners.");
   record.field("num_corners", &Calibration::num_corners, "The inliers.");
   record.field("num_iterations", &Calibration::num_iterations, "Of the solver.");
-  record.field("bic", &Calibration::bic, "Bayesian information criterion.");
   record.field("steps", &Calibration::steps,
                "The models that \"auto\" tried, in the order of the ladder.");
   record.field("findings", &Calibration::findings, "What the estimate found out about its data.");

@@ -81,6 +81,9 @@ void bind_changes(py::module_& m) {
       "kind", [](const DetectableChange& d) { return std::string(kind_name(d.kind)); },
       "As of a CameraChange.");
   detectable.field("max_px", &DetectableChange::max_px, "In the image at most.");
+  detectable.field("without_scale_px", &DetectableChange::without_scale_px,
+                   "The same without a change of all lengths alike, as another print of the board "
+                   "makes.");
   detectable.field("size", &DetectableChange::size,
                    "px of the focal length or the principal point, mm of a place; else 0.");
   detectable.field("step", &DetectableChange::step,

@@ -32,6 +32,24 @@ TEST_F(CliHandeye, PrintsWhatAUserNeeds) {
     EXPECT_NE(out.out.find(part), std::string::npos) << part << "\n" << out.out;
 }
 
+// A lens that changed moves the camera on the hand, and is no error of the board.
+TEST_F(CliHandeye, WarnsOfACameraThatThePicturesContradict) {
+  const std::string camera = path("camera.yaml"), changed = path("changed.yaml");
+  ASSERT_EQ(run("calibrate " + kDesk + " --model opencv5 --out " + camera).exit_code, 0);
+  spill(root() / "robot.csv", robot_);
+  const std::string text = slurp(camera);
+  std::smatch f;
+  ASSERT_TRUE(std::regex_search(text, f, std::regex(R"(data: \[ ([0-9.]+))")));
+  spill(changed, replaced(text, f.str(), "data: [ " + std::to_string(1.01 * std::stod(f[1]))));
+  const auto findings = [&](const std::string& file) {
+    return run("handeye " + kDesk + " --camera " + file + " --robot " + path("robot.csv") +
+               " --mount hand --json")
+        .out;
+  };
+  EXPECT_EQ(findings(camera).find("camera_changed"), std::string::npos);
+  EXPECT_NE(findings(changed).find("camera_changed"), std::string::npos) << findings(changed);
+}
+
 TEST_F(CliHandeye, NamesTheReadingThatFits) {
   robot_ = replaced(robot_, "x_m,y_m,z_m", "x_mm,y_mm,z_mm");
   const Outcome out = handeye("--out " + path("no.yaml"));

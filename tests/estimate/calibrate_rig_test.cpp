@@ -115,6 +115,27 @@ TEST(CalibrateRig, ClocksAreFoundByTheBoardsMotion) {
   EXPECT_LT(nees_of_extrinsics(rig, answer), 3);
 }
 
+// No camera sees the board for a while: the film behind it counts.
+TEST(CalibrateRig, ClocksAreFoundByAllPartsOfAFilm) {
+  RigWorldOptions world;
+  world.smooth = true;
+  world.num_instants = 80;
+  world.period_s = 0.04;
+  world.offset = {0, 0.35};
+  RigDataset rig = make_rig_world(5, world);
+  for (Instant& instant : rig.instants) {
+    const auto t = &instant - rig.instants.data();
+    if (t >= 35 && t < 45) std::ranges::fill(instant.view, std::nullopt);
+  }
+  RigOptions options;
+  options.find_clocks = true;
+  const RigCalibration answer = calibrate_rig(rig, options);
+  ASSERT_EQ(answer.status, Status::ok) << all_sentences(answer);
+  ASSERT_EQ(answer.clocks.size(), 1U);
+  EXPECT_NEAR(answer.clocks[0].offset, 0.35 * 0.04, 0.0005);
+  EXPECT_GE(answer.pairs[0].num_instants, 55);
+}
+
 TEST(CalibrateRig, ACameraThatMovedIsNamed) {
   RigWorldOptions world;
   world.moved_camera = 1;

@@ -208,12 +208,15 @@ RigDataset instants_of(const RigDataset& rig, std::size_t first, std::size_t end
 }
 
 // Calibrated by 30 instants; the rest are the pictures of the check.
-CheckedRig checked_rig(std::uint64_t seed, int num_cameras, int num_instants) {
+CheckedRig checked_rig(std::uint64_t seed, int num_cameras, int num_instants,
+                       Material material = Material::paper) {
   RigWorldOptions options;
   options.num_cameras = num_cameras;
   options.fisheyes = false;
   options.num_instants = 30 + num_instants;
-  const RigDataset all = make_rig_world(seed, options);
+  Board board = usual_board();
+  board.substrate = {material, material};
+  const RigDataset all = make_rig_world(seed, options, board);
   return {known_rig(calibrate_rig(instants_of(all, 0, 30))),
           instants_of(all, 30, all.instants.size())};
 }
@@ -256,6 +259,27 @@ TEST(CheckRig, TellsWhichCameraMoved) {
   EXPECT_LE(alarms, 2);
   EXPECT_EQ(found, num_rigs);
   EXPECT_GE(right, 0.9 * num_rigs);
+}
+
+// The paper's scale hides a longer baseline; a board of glass shows it.
+TEST(CheckRig, SaysThatThePrintHidesAChangeOfAllLengths) {
+  for (const Material material : {Material::paper, Material::glass}) {
+    const bool is_glass = material == Material::glass;
+    const CheckedRig rig = checked_rig(560, 2, 20, material);
+    CheckOptions options;
+    options.limit_px = 0.5;
+    const CameraCheck check = check_rig(rig.now, rig.known, options);
+    EXPECT_EQ(check.verdict, is_glass ? CheckVerdict::valid : CheckVerdict::cannot_tell)
+        << check.in_sigmas << " " << check.smallest_px;
+    EXPECT_EQ(codes_of(check.findings).contains("scale_untested"), !is_glass);
+    for (const DetectableChange& change : check.detectable) {
+      if (change.kind != ChangeKind::place) {
+        EXPECT_EQ(change.without_scale_px, change.max_px) << kind_name(change.kind);
+      } else if (!is_glass) {
+        EXPECT_LT(change.without_scale_px, 0.1 * change.max_px);
+      }
+    }
+  }
 }
 
 // Pictures of other instants: no rig explains them, and the free one is no measure.

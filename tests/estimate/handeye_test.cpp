@@ -81,6 +81,19 @@ TEST(Handeye, ConvergesWhereNothingIsDetermined) {
     }
 }
 
+// Covariances of the corners of one view say nothing of the noise of the others.
+TEST(Handeye, OneViewWithCovariancesChangesLittle) {
+  HandeyeTask task = task_of({.num_poses = 12, .sigma_px = 0.1, .known_lens = true}, 9);
+  const HandeyeEstimate none = estimate(task);
+  ViewCorrespondences& seen = task.views[0].seen;
+  seen.covariance_px2.assign(seen.correspondences.size(), 0.01 * Matrix2::Identity());
+  const HandeyeEstimate one = estimate(task);
+  EXPECT_NEAR(one.sigma_px, none.sigma_px, 0.01);
+  EXPECT_NEAR(one.robot_sigma_m / none.robot_sigma_m, 1, 0.1);
+  for (Eigen::Index i = 0; i < 6; ++i)
+    EXPECT_NEAR(one.camera_covariance(i, i) / none.camera_covariance(i, i), 1, 0.2) << i;
+}
+
 // Inverse poses fit three views as well as right ones.
 TEST(Handeye, WarnsOfViewsThatCannotShowAnotherReading) {
   int answered = 0;

@@ -133,5 +133,20 @@ TEST(LackOfFit, TwoCamerasThatArePooledAreSaid) {
   }
 }
 
+// Sources too small to be compared with the others leave the views to be compared in turn.
+TEST(LackOfFit, SmallSourcesLeaveTheHalves) {
+  const Dataset world = world_of(opencv5_lens(), 0.1, 1);
+  CalibrateOptions options = opencv5(0.1);
+  for (std::size_t i = 0; i < world.views.size(); ++i)
+    options.sources.push_back(i < 2 ? "few" : "many");
+  const Calibration two = calibrate(world, options);
+  ASSERT_TRUE(two.halves);
+  EXPECT_EQ(two.halves->source, "");
+  for (std::size_t i = 0; i < world.views.size(); ++i) options.sources[i] = std::to_string(i);
+  const Calibration each = calibrate(world, options);
+  ASSERT_TRUE(each.halves);
+  EXPECT_EQ(each.halves->ratio, two.halves->ratio);
+}
+
 }  // namespace
 }  // namespace tagcal

@@ -19,7 +19,7 @@ namespace {
 // A caller works on its own data; its numbers must be equal to the last bit.
 std::vector<double> calibrated(const Dataset& dataset) {
   const Calibration c = calibrate(dataset, {.num_threads = 2});
-  std::vector<double> numbers = {c.rms_px, c.bic};
+  std::vector<double> numbers = {c.rms_px, c.sigma_px};
   if (c.camera)
     for (const double p : parameters(c.camera->lens)) numbers.push_back(p);
   return numbers;

@@ -69,10 +69,11 @@ int run(const Arguments& given) {
   options.num_threads = static_cast<std::size_t>(arguments.threads);
   if (!input.boards.empty()) options.print = input.boards.front().board.substrate.print;
   add_robot_poses(arguments.robot, poses, arguments.times, input, options);
-  const HandeyeEstimate answer = naming(input.name, [&] {
+  HandeyeEstimate answer = naming(input.name, [&] {
     return input.camera ? calibrate_handeye(input.views, *input.camera, options)
                         : calibrate_handeye_from_poses(input.views, input.shared, options);
   });
+  if (input.contradiction) answer.findings.insert(answer.findings.begin(), *input.contradiction);
   const bool answered = is_answer(answer.status);
   if (answered) write_files(arguments, answer);
   if (!arguments.report.empty())

@@ -8,6 +8,7 @@
 #include "commands/rig_poses.hpp"
 #include "report/poses_input.hpp"
 #include "tagcal/error.hpp"
+#include "tagcal/estimate/check_camera.hpp"
 #include "tagcal/internal/parallel.hpp"
 #include "tagcal/io/calibration_file.hpp"
 #include "tagcal/io/camera_file.hpp"
@@ -81,6 +82,9 @@ HandeyeInput read_pictures(const HandeyeArguments& arguments) {
         {view.image, view_correspondences(view, points, camera.camera_error_px), {}, {}});
     read.views.back().time_s = time_of(input, view.image);
   }
+  if (read.camera->model)
+    read.contradiction = contradiction_of_camera(input.dataset, *read.camera,
+                                                 static_cast<std::size_t>(arguments.threads));
   return read;
 }
 

@@ -162,6 +162,7 @@ CheckJson check_json(const CameraCheck& check) {
     detectable.push_back({{"camera", check.cameras[d.camera].name},
                           {"kind", kind_name(d.kind)},
                           {"max_px", number_json(d.max_px)},
+                          {"without_scale_px", number_json(d.without_scale_px)},
                           {"size", number_json(d.size)}});
   for (const CheckedCamera& c : check.cameras)
     cameras.push_back({{"name", c.name},

@@ -20,6 +20,7 @@ struct HandeyeInput {
   std::optional<std::string> reference;   // of a rig: the camera that has its frame; "": none
   ImageSize image_size;                   // of that camera; 0 x 0: not known
   std::vector<PlacedBoard> boards;        // in the frame of the board; empty: not known
+  std::optional<Finding> contradiction;   // of the pictures with the camera's file
 };
 
 // Returns the report for a person: the verdict, findings, the places of camera and board, the

@@ -113,7 +113,6 @@ Calibration calibrate_input(CalibrationInput& input, const CalibrateOptions& opt
     c = calibrate_weak(input, options,
                        *std::ranges::find(c.findings, Severity::refusal, &Finding::severity));
   if (is_auto(options)) c.steps = with_weak(std::move(solved->steps), is_weak_taken);
-  c.bic = solved->fit.bic;
   return c;
 }
 

@@ -8,9 +8,11 @@
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/calibrate.hpp"
 #include "tagcal/estimate/calibration/readout_rounds.hpp"
+#include "tagcal/estimate/check_camera.hpp"
 #include "tagcal/estimate/findings.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose.hpp"
+#include "tagcal/estimate/pose/corner_noise.hpp"
 #include "tagcal/estimate/rig/rig_advice.hpp"
 #include "tagcal/estimate/rig/rig_claims.hpp"
 #include "tagcal/estimate/rig/rig_clocks.hpp"
@@ -65,32 +67,26 @@ void check_rig(const RigDataset& rig, const RigOptions& options) {
 }
 
 // The poses of all views under a lens that is known, in place of a calibration.
-Calibration poses_of_views(const Dataset& data, const RigOptions::KnownCamera& known) {
+Calibration calibration_by(const RigOptions::KnownCamera& known, const Dataset& data,
+                           std::size_t num_threads) {
+  ViewPoses poses = poses_of_views(data, known.camera.camera, known.error_px, num_threads);
   Calibration own;
   own.camera = known.camera.camera;
   if (known.camera.model) own.claim = known.camera;
   own.model_error_px = known.error_px;
-  std::vector<double> sigmas, rms;
-  for (std::size_t v = 0; v < data.views.size(); ++v) {
-    const auto seen = view_correspondences(data.views[v], data.boards, known.error_px);
-    const PoseEstimate pose = estimate_pose(seen, known.camera.camera);
-    if (!is_answer(pose.status)) continue;
-    own.sigma_of_corners = !seen.covariance_px2.empty();
-    sigmas.push_back(pose.sigma_px);
-    rms.push_back(pose.hypotheses.front().rms_px);
-    CalibratedView view;
-    view.image = data.views[v].image;
-    view.camera_from_world = pose.camera_from_target();
-    view.view = v;
-    own.views.push_back(view);
-    for (const std::size_t i : pose.outliers)
-      for (std::size_t k = 0; k < data.views[v].observations.size(); ++k)
-        if (data.views[v].observations[k].id == seen.ids[i])
-          own.outliers.push_back({view.image, seen.ids[i], 0, v, k});
-  }
-  own.status = own.views.empty() ? Status::degenerate : Status::ok;
-  if (!sigmas.empty()) own.sigma_px = median(sigmas);
-  if (!rms.empty()) own.rms_px = median(rms);
+  own.status = poses.views.empty() ? Status::degenerate : Status::ok;
+  own.views = std::move(poses.views);
+  own.outliers = std::move(poses.outliers);
+  own.rms_px = poses.rms_px;
+  CornerNoise noise;
+  for (const View& view : data.views) noise.add(view);
+  own.sigma_of_corners = noise.counts();
+  own.sigma_px = noise.counts() ? 1 : poses.sigma_px;
+  own.sigma_from_residuals = poses.sigma_from_residuals;
+  own.findings = std::move(poses.findings);
+  if (!known.camera.model) return own;
+  if (auto finding = contradiction_of_camera(data, known.camera, num_threads))
+    own.findings.push_back(*std::move(finding));
   return own;
 }
 
@@ -130,6 +126,12 @@ void check_sizes(const RigDataset& rig, const RigOptions& options, RigCalibratio
   }
 }
 
+double median_rms(const std::vector<CalibratedView>& views) {
+  std::vector<double> rms;
+  for (const CalibratedView& view : views) rms.push_back(view.rms_px);
+  return rms.empty() ? 0 : median(rms);
+}
+
 // Two known cameras of one image size, each of which fits the pictures of the other better.
 void check_lenses(const RigDataset& rig, const RigOptions& options,
                   const std::vector<Calibration>& own, RigCalibration& answer) {
@@ -144,7 +146,10 @@ void check_lenses(const RigDataset& rig, const RigOptions& options,
       few.views.push_back(rig.cameras[c].data.views[v]);
       num_residuals += 2 * static_cast<int>(few.views.back().observations.size());
     }
-    const double mine = own[c].rms_px, its = poses_of_views(few, options.known[other]).rms_px;
+    const double mine = median_rms(own[c].views);
+    const double its = median_rms(
+        poses_of_views(few, options.known[other].camera.camera, options.known[other].error_px)
+            .views);
     return its > 0 && mine > its
                ? variance_ratio_score(mine * mine / (its * its), num_residuals, num_residuals)
                : 0;
@@ -159,19 +164,23 @@ void check_lenses(const RigDataset& rig, const RigOptions& options,
 }
 
 // Cameras whose own pictures give no answer: then the rig has none.
-void require_answers(const RigDataset& rig, RigCalibration& answer) {
+void require_answers(const RigDataset& rig, RigLenses lenses, RigCalibration& answer) {
   for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
     const Calibration& own = answer.cameras[c].own;
     const bool has_lens = is_answer(own.status) && own.camera && own.model != "weak";
     if (has_lens) continue;
     const auto reason = std::ranges::find_if(own.findings, is_refusal);
+    const std::string why =
+        reason == own.findings.end() ? std::string(status_name(own.status)) : reason->sentence;
     add(answer.findings, code::camera_without_answer,
-        fmt::format(
-            "{}: its own pictures do not calibrate it ({}): take more views with it, or give "
-            "its camera file",
-            rig.cameras[c].name,
-            reason == own.findings.end() ? std::string(status_name(own.status))
-                                         : reason->sentence));
+        lenses == RigLenses::fixed
+            ? rig.cameras[c].name +
+                  ": no view of it has a pose under the camera that is given for it: it is the "
+                  "file "
+                  "of another camera, its lens changed, or the board is not that of the target file"
+            : fmt::format("{}: its own pictures do not calibrate it ({}): take more views with "
+                          "it, or give its camera file",
+                          rig.cameras[c].name, why));
   }
 }
 
@@ -195,7 +204,8 @@ OwnCamera own_camera(const PlacedViews& views, const RigOptions& options, std::s
     result.still = without_motion(data, by_times.times_s, result.own);
   if (!fixed) return result;
   const Calibration timed = std::move(result.own);
-  result.own = poses_of_views(result.still ? *result.still : data, options.known[c]);
+  result.own =
+      calibration_by(options.known[c], result.still ? *result.still : data, by_times.num_threads);
   result.own.readout = timed.readout;
   std::ranges::copy_if(timed.findings, std::back_inserter(result.own.findings), is_of_shutter);
   return result;
@@ -223,8 +233,8 @@ std::vector<Calibration> own_calibrations(PlacedViews& views, const RigOptions& 
   }
   if (still) views.data = still;
   check_lenses(*views.data, options, own, answer);
-  require_answers(rig, answer);
-  report_shutters(answer);
+  require_answers(rig, options.lenses, answer);
+  report_cameras(fixed, answer);
   return own;
 }
 

@@ -48,6 +48,22 @@ bool has(const CameraCheck& check, const FindingCode& code) {
   return std::ranges::any_of(check.findings, [&](const Finding& f) { return f.code == code.name; });
 }
 
+// A change of all lengths that hides one that matters: a board on paper gives them to 0.1 or 0.2 %.
+void report_scale(double limit_px, CameraCheck& check) {
+  for (const DetectableChange& change : check.detectable) {
+    if (change.kind != ChangeKind::place || change.max_px <= limit_px ||
+        change.without_scale_px > limit_px)
+      continue;
+    add(check.findings, code::scale_untested,
+        fmt::format(
+            "the lengths of the rig are known as those of the board are, by `print` in its target "
+            "file: {} could be {:.2g} mm from its place if all lengths changed alike, as with "
+            "another print; any other move shows from {:.2g} px. Measure the board, state `print`, "
+            "and calibrate the rig again",
+            check.cameras[change.camera].name, change.size, change.without_scale_px));
+  }
+}
+
 void judge_check(double limit_px, CameraCheck& check) {
   if (has(check, code::few_views)) return;
   check.verdict = change_verdict(check.in_sigmas, check.smallest_px, limit_px);
@@ -119,6 +135,7 @@ CameraCheck check_rig(const RigDataset& dataset, const KnownRig& known,
     if (candidate.kind != ChangeKind::lens)
       check.smallest_px = std::max(check.smallest_px, check.detectable.back().max_px);
   }
+  report_scale(options.limit_px, check);
   judge_check(options.limit_px, check);
   if (check.in_sigmas > policy::kCheckQuantile)
     check.change = leanest_change(candidates, test, *fit);
@@ -137,20 +154,31 @@ CameraCheck check_camera(const Dataset& dataset, const UncertainCamera& known,
   return check_rig({{{"camera", dataset, {}}}, {}, std::nullopt}, rig, options);
 }
 
-std::optional<Finding> contradiction_of_camera(const View& view,
-                                               const std::vector<PlacedBoard>& boards,
-                                               const UncertainCamera& known) {
-  if (std::ssize(view.observations) < policy::kFewestCheckedCorners) return std::nullopt;
-  const CameraCheck check = check_camera({known.camera.image_size, boards, {view}, {}}, known);
+std::optional<Finding> contradiction_of_camera(const Dataset& pictures,
+                                               const UncertainCamera& known,
+                                               std::size_t num_threads) {
+  std::ptrdiff_t num_corners = 0;
+  for (const View& view : pictures.views) num_corners += std::ssize(view.observations);
+  if (num_corners < policy::kFewestCheckedCorners) return std::nullopt;
+  const CameraCheck check = check_camera(pictures, known, {.num_threads = num_threads});
   if (!(check.in_sigmas > policy::kSignificant)) return std::nullopt;
   std::string what = "no single change explains it";
   if (check.change)
     what = fmt::format("a change of the {} by {:.2g} px at most explains it",
                        kind_name(check.change->kind), check.change->max_px);
-  return finding(code::camera_changed,
-                 fmt::format("the residuals contradict the camera's file by {:.1f} sd ({}): check "
-                             "it with more pictures",
-                             check.in_sigmas, what));
+  return finding(
+      code::camera_changed,
+      fmt::format("the residuals contradict the camera's file by {:.1f} sd ({}): {}",
+                  check.in_sigmas, what,
+                  pictures.views.size() == 1
+                      ? "check it with more pictures"
+                      : "the camera is no longer as it was calibrated, or the board is not"));
+}
+
+std::optional<Finding> contradiction_of_camera(const View& view,
+                                               const std::vector<PlacedBoard>& boards,
+                                               const UncertainCamera& known) {
+  return contradiction_of_camera({known.camera.image_size, boards, {view}, {}}, known);
 }
 
 }  // namespace tagcal

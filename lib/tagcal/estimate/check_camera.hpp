@@ -32,8 +32,14 @@ CameraCheck check_camera(const Dataset& dataset, const UncertainCamera& known,
 CameraCheck check_rig(const RigDataset& dataset, const KnownRig& known,
                       const CheckOptions& options = {});
 
-// The check of a single view: a warning if its residuals contradict the camera beyond
-// p = 0.0001, with the numbers of the check. No value otherwise, and for a view of few corners.
+// The check of the pictures that a known camera is used for: a warning if their residuals
+// contradict it beyond p = 0.0001, with the numbers of the check. No value otherwise, and for few
+// corners.
+std::optional<Finding> contradiction_of_camera(const Dataset& pictures,
+                                               const UncertainCamera& known,
+                                               std::size_t num_threads = 1);
+
+// Of a single view.
 std::optional<Finding> contradiction_of_camera(const View& view,
                                                const std::vector<PlacedBoard>& boards,
                                                const UncertainCamera& known);

@@ -80,6 +80,7 @@ inline constexpr FindingCode board_bend_impossible{"board_bend_impossible", Seve
 inline constexpr FindingCode flatness_exceeded{"flatness_exceeded", Severity::warning};
 inline constexpr FindingCode print_aspect{"print_aspect", Severity::note};
 inline constexpr FindingCode print_exceeded{"print_exceeded", Severity::warning};
+inline constexpr FindingCode scale_untested{"scale_untested", Severity::warning};
 inline constexpr FindingCode board_scale{"board_scale", Severity::warning};
 
 // The model.

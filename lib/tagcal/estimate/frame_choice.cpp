@@ -118,28 +118,11 @@ class FrameChooser {
 
   // Each candidate with its pose, in place of the views of the first calibration.
   void set_poses(const std::vector<std::size_t>& candidates, Calibration& lens) {
-    const auto points = points_in_world(dataset_.boards);
-    lens.views.clear();
-    lens.outliers.clear();
-    for (const std::size_t view : candidates) {
-      const ViewCorrespondences seen =
-          view_correspondences(dataset_.views[view], points, lens.model_error_px);
-      const PoseEstimate pose = estimate_pose(seen, *lens.camera);
-      if (!is_answer(pose.status)) {
-        result_.fates[view] = FrameFate::no_pose;
-        continue;
-      }
-      CalibratedView& added = lens.views.emplace_back();
-      added.image = dataset_.views[view].image;
-      added.camera_from_world = pose.camera_from_target();
-      added.view = view;
-      const std::vector<Observation>& corners = dataset_.views[view].observations;
-      for (const std::size_t i : pose.outliers) {
-        const auto corner = std::ranges::find(corners, seen.ids[i], &Observation::id);
-        const auto place = static_cast<std::size_t>(corner - corners.begin());
-        lens.outliers.push_back({added.image, seen.ids[i], 0, view, place});
-      }
-    }
+    const ViewPoses poses = poses_of_views(dataset_, candidates, *lens.camera, lens.model_error_px);
+    for (const std::size_t view : candidates) result_.fates[view] = FrameFate::no_pose;
+    for (const CalibratedView& posed : poses.views) result_.fates[posed.view] = FrameFate::nothing;
+    lens.views = poses.views;
+    lens.outliers = poses.outliers;
   }
 
   void choose_by_gain(const std::vector<std::size_t>& candidates, Calibration lens,

@@ -1,12 +1,16 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
+#include <optional>
 #include <span>
+#include <vector>
 
 #include "tagcal/camera/camera.hpp"
 #include "tagcal/estimate/rig_types.hpp"
 #include "tagcal/estimate/types.hpp"
 #include "tagcal/estimate/view_correspondences.hpp"
+#include "tagcal/scene/dataset.hpp"
 
 // Pose, and focal length, of the camera of one view: the most likely answer, its covariance, and
 // the reason where the view does not determine it.
@@ -69,5 +73,30 @@ struct CameraInTarget {
   Matrix6 covariance = Matrix6::Zero();
 };
 CameraInTarget camera_in_target(const PoseHypothesis& hypothesis);
+
+// The poses of the views of a data set under a camera that is known, in the form of a calibration's
+// views. Each pose is estimated by itself.
+struct ViewPoses {
+  std::vector<CalibratedView> views;    // those with a pose
+  std::vector<Outlier> outliers;        // of these; NaN residuals are outside of the lens' domain
+  std::vector<Eigen::Vector2d> pixels;  // the other corners
+  double rms_px = 0;                    // of these
+  // Noise per coordinate that all residuals show, six coordinates of each view having gone into its
+  // pose; from 50 degrees of freedom on, else 0.5 px, and the finding `noise_assumed` if a view has
+  // no covariances of its corners.
+  double sigma_px = 0;
+  bool sigma_from_residuals = false;
+  std::vector<Finding> findings;  // also of views that have corners and no pose
+};
+
+// `views`: indices, in the order of the result. `camera_error_px` as view_correspondences has it.
+// The answer does not depend on the number of threads (0: one per core).
+ViewPoses poses_of_views(const Dataset& dataset, std::span<const std::size_t> views,
+                         const Camera& camera, const std::optional<double>& camera_error_px,
+                         std::size_t num_threads = 1);
+
+// Of all views.
+ViewPoses poses_of_views(const Dataset& dataset, const Camera& camera,
+                         const std::optional<double>& camera_error_px, std::size_t num_threads = 1);
 
 }  // namespace tagcal

@@ -23,35 +23,20 @@ const Pose& PoseAndFocalEstimate::camera_from_target() const {
 }
 
 std::string_view status_name(Status status) {
-  switch (status) {
-    case Status::ok:
-      return "ok";
-    case Status::ambiguous:
-      return "ambiguous";
-    case Status::focal_not_observable:
-      return "focal_not_observable";
-    case Status::not_observable:
-      return "not_observable";
-    case Status::degenerate:
-      return "degenerate";
-    case Status::no_consensus:
-      return "no_consensus";
-    case Status::not_converged:
-      return "not_converged";
-    case Status::not_connected:
-      return "not_connected";
-    case Status::extrinsic_not_observable:
-      return "extrinsic_not_observable";
-    case Status::not_synchronous:
-      return "not_synchronous";
-    case Status::rotation_axes_parallel:
-      return "rotation_axes_parallel";
-    case Status::no_rotation:
-      return "no_rotation";
-    case Status::wrong_direction:
-      return "wrong_direction";
-  }
-  return "";
+  constexpr std::array<std::string_view, 13> kNames = {"ok",
+                                                       "ambiguous",
+                                                       "focal_not_observable",
+                                                       "not_observable",
+                                                       "degenerate",
+                                                       "no_consensus",
+                                                       "not_converged",
+                                                       "not_connected",
+                                                       "extrinsic_not_observable",
+                                                       "not_synchronous",
+                                                       "rotation_axes_parallel",
+                                                       "no_rotation",
+                                                       "wrong_direction"};
+  return kNames[static_cast<std::size_t>(status)];
 }
 
 std::string_view severity_name(Severity severity) {

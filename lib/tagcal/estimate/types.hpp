@@ -268,7 +268,7 @@ struct Calibration {
   std::optional<HalvesCheck> halves;              // with six views or more
   std::vector<WeakDirection> weak_directions;     // the weakest first, at most three
   double rms_px = 0;                              // sqrt(sum |r|^2 / corners) over the inliers
-  double sigma_px = 0;                            // noise per coordinate behind the covariance
+  double sigma_px = 0;                            // noise per coordinate, by the answer's residuals
   bool sigma_from_residuals = false;
   bool sigma_of_corners = false;  // noise: the corners' own and model_error_px; sigma_px is 1 then
   // Noise per coordinate beyond the corners' own covariances, estimated from the residuals: errors
@@ -281,8 +281,7 @@ struct Calibration {
   // views show none.
   double row_sigma = 0;
   std::optional<Readout> readout;  // with times_s, if views have neighbours in time and move
-  double bic = 0;
-  int num_corners = 0;  // inliers
+  int num_corners = 0;             // inliers
   int num_iterations = 0;
   std::vector<CalibratedView> views;  // views that take part
   std::vector<Outlier> outliers;

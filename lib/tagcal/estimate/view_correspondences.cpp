@@ -17,10 +17,12 @@ ViewCorrespondences view_correspondences(const View& view,
   ViewCorrespondences result;
   CornerNoise noise;
   noise.add(view);
-  for (const Observation& seen : view.observations) {
+  for (std::size_t i = 0; i < view.observations.size(); ++i) {
+    const Observation& seen = view.observations[i];
     const auto point = target.find(seen.id);
     if (point == target.end()) continue;
     result.ids.push_back(seen.id);
+    result.observations.push_back(i);
     result.correspondences.push_back({point->second, seen.pixel});
     result.groups.push_back(seen.id.tag_id);
     if (!camera_error_px || !noise.counts()) continue;

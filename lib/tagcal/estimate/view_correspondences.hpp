@@ -16,6 +16,7 @@ namespace tagcal {
 // Input of estimate_pose for one view: one entry per corner in each list that is not empty.
 struct ViewCorrespondences {
   std::vector<CornerId> ids;
+  std::vector<std::size_t> observations;  // indices in View::observations
   std::vector<Correspondence> correspondences;
   std::vector<int> groups;              // the corners' tags
   std::vector<Matrix2> covariance_px2;  // empty if they are not used

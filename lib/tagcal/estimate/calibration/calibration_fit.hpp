@@ -9,6 +9,7 @@
 #include "tagcal/estimate/calibration/calibration_input.hpp"
 #include "tagcal/estimate/calibration/calibration_seed.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
+#include "tagcal/estimate/pose/corner_noise.hpp"
 #include "tagcal/estimate/types.hpp"
 
 namespace tagcal::internal {
@@ -17,10 +18,6 @@ namespace tagcal::internal {
 inline double least_sigma(bool whitened, const CalibrateOptions& options) {
   return whitened ? 1 : std::max(policy::kLeastSigmaPx, options.sigma_px);
 }
-
-// px. The floor of the noise of a calibration's residuals: exact corners are exact to the solver's
-// convergence, which must not choose between models.
-constexpr double kLeastNoisePx = 1e-4;  // numeric: convergence
 
 // The inliers, the pose of each view (none: the view is not used), and its row terms.
 struct Selection {
@@ -57,7 +54,6 @@ struct CalibrationFit {
   int num_iterations = 0;
   double more_cost = 0;  // of the inliers, above that of the fit that `squares` belong to
   std::vector<Finding> findings;
-  double bic = 0;
   double start_seconds = 0;
   double solve_seconds = 0;
   std::vector<WeakView> weak;  // of model weak, per view of the bundle; else empty

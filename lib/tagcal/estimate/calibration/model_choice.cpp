@@ -38,7 +38,6 @@ CalibrationFit without_squares(const CalibrationFit& fit) {
   copy.num_corners = fit.num_corners;
   copy.num_iterations = fit.num_iterations;
   copy.findings = fit.findings;
-  copy.bic = fit.bic;
   copy.start_seconds = fit.start_seconds;
   copy.solve_seconds = fit.solve_seconds;
   return copy;
@@ -121,7 +120,6 @@ ModelChoice choose(Posterior posterior, const Kinds& kinds, const Posterior& sam
   VectorXd values = posterior.values();
   if (answer.index < candidates.size()) {
     values = candidates[answer.index].component.values;
-    choice.fit.bic = candidates[answer.index].bic;
     choice.steps = steps_of(candidates, answer.index, posterior);
     if (posterior.model().kind().reaches_behind) {
       const auto& loser = kinds.rational ? kinds.rational : kinds.polynomial;

@@ -40,8 +40,9 @@ Dataset without_motion(const Dataset& dataset, const std::vector<double>& times_
     const Vector6d motion =
         calibration.readout->seconds / dataset.image_size.height * *velocities[i];
     for (Observation& o : still.views[v].observations)
-      o.pixel -=
-          row_motion_px(*calibration.camera, poses[i] * points.at(o.id), o.pixel.y(), motion);
+      if (const auto point = points.find(o.id); point != points.end())
+        o.pixel -=
+            row_motion_px(*calibration.camera, poses[i] * point->second, o.pixel.y(), motion);
   }
   return still;
 }

@@ -27,6 +27,19 @@ std::pair<double, double> lengths(const VectorXd& pixels) {
       most};
 }
 
+// The largest of the displacements without the part that is a change of all lengths alike.
+double without_scale(const PossibleChange& candidate, const VectorXd& change, const FreeFit& fit) {
+  VectorXd pixels = candidate.pixels * change;
+  const auto connected = std::ranges::count(fit.connected.cameras, 1);
+  if (candidate.kind == ChangeKind::place && connected == 2) {
+    VectorXd by_scale = VectorXd::Zero(6);
+    by_scale.tail<3>() = fit.state.poses.camera_from_rig[candidate.camera].translation();
+    const VectorXd scaled = candidate.pixels * by_scale;
+    if (scaled.squaredNorm() > 0) pixels -= scaled * (scaled.dot(pixels) / scaled.squaredNorm());
+  }
+  return lengths(pixels).second;
+}
+
 // The kinds of change of the cameras of a free fit.
 class Candidates {
  public:
@@ -177,8 +190,12 @@ std::optional<CameraChange> leanest_change(const std::vector<PossibleChange>& ca
 DetectableChange detectable(const PossibleChange& candidate, const ChangeTest& test,
                             const FreeFit& fit) {
   const VectorXd least = test.least_shown(candidate.basis, candidate.pixels);
-  DetectableChange change{
-      candidate.camera, candidate.kind, lengths(candidate.pixels * least).second, 0, {}};
+  DetectableChange change{candidate.camera,
+                          candidate.kind,
+                          lengths(candidate.pixels * least).second,
+                          without_scale(candidate, least, fit),
+                          0,
+                          {}};
   constexpr double kMillimetres = 1000;  // of a metre
   if (candidate.kind == ChangeKind::focal_length) {
     const Lens lens = fit.state.cameras[candidate.camera].lens();

@@ -249,31 +249,34 @@ class Fitting {
   void describe(std::size_t c) {
     CheckedCamera& camera = fit_.cameras[c];
     const Bundle& bundle = fit_.state.cameras[c];
-    double shared = 0, free = 0, held = 0;
+    double shared = 0, free = 0, held = 0, held_flat = 0;
     for (std::size_t v = 0; v < bundle.views.size(); ++v) {
       ViewProblem buffer;
       const ViewProblem& seen = bundle.corrected(v, buffer);
       ++camera.num_views;
       camera.num_corners += static_cast<int>(seen.correspondences.size());
       const Pose& of_rig = bundle.camera_from_target[v];
-      const auto squares = [&](const Lens& lens, const Pose& pose) {
+      const auto squares = [](const ViewProblem& corners, const Lens& lens, const Pose& pose) {
         double sum = 0;
-        for (const Vector2d& r : residuals_px(seen.correspondences, lens, pose))
+        for (const Vector2d& r : residuals_px(corners.correspondences, lens, pose))
           sum += r.squaredNorm();
         return sum;
       };
-      const auto own_squares = [&](const Lens& lens) {
-        const auto pose = refine_view_pose(seen, lens, *views_[c][v].pose);
-        return squares(lens, pose ? pose->camera_from_target : of_rig);
+      const auto own_squares = [&](const ViewProblem& corners, const Lens& lens) {
+        const auto pose = refine_view_pose(corners, lens, *views_[c][v].pose);
+        return squares(corners, lens, pose ? pose->camera_from_target : of_rig);
       };
-      shared += squares(bundle.lens(), of_rig);
-      free += own_squares(bundle.lens());
-      held += own_squares(known_.cameras[c].camera.camera.lens);
+      const Lens& known = known_.cameras[c].camera.camera.lens;
+      shared += squares(seen, bundle.lens(), of_rig);
+      free += own_squares(seen, bundle.lens());
+      held += own_squares(seen, known);
+      held_flat += own_squares(bundle.views[v], known);
     }
     if (camera.num_corners == 0) return;
     if (held > 0) fit_.strain[c] = std::sqrt(shared / held);
     camera.rms_px = std::sqrt(free / camera.num_corners);
-    camera.known_rms_px = std::sqrt(held / camera.num_corners);
+    // The shape of the board was found with the free lens, and may fit no other one.
+    camera.known_rms_px = std::sqrt(std::min(held, held_flat) / camera.num_corners);
     int all = 0;
     for (const CheckedCamera& other : fit_.cameras) all += other.num_corners;
     camera.sigma_px = std::sqrt(shared / camera.num_corners) /

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
+#include <map>
 #include <set>
 
 #include "tagcal/estimate/calibration/kinds.hpp"
@@ -48,25 +50,39 @@ CalibrationInput views_of_source(const Solution& solution, const std::string& so
   return part;
 }
 
-// The views of one source and all others, for each source, or the views in turn if they have none;
-// the comparison that differs most. Sources are fitted each by themselves: the common fit explains
-// much of two lenses by row terms, which then hide the difference.
+// The sources to compare with all others: those with enough views whose others have enough. Of two
+// sources one is, which is compared with the other.
+std::set<std::string> compared_sources(const Solution& solution) {
+  std::map<std::string, std::ptrdiff_t> num_views;
+  for (const CalibrationView& view : solution.input->views)
+    ++num_views[solution.options->sources[view.index]];
+  std::set<std::string> compared;
+  for (const auto& [source, n] : num_views)
+    if (n >= policy::kFewestComparedViews &&
+        std::ssize(solution.input->views) - n >= policy::kFewestComparedViews)
+      compared.insert(source);
+  if (num_views.size() == 2 && compared.size() == 2) compared.erase(std::prev(compared.end()));
+  return compared;
+}
+
+// The views of one source and all others, for each source that can be compared, or else the views
+// in turn; the comparison that differs most. Sources are fitted each by themselves: the common fit
+// explains much of two lenses by row terms, which then hide the difference.
 std::optional<HalvesCheck> compare_halves(const Solution& solution, const Evidence& evidence) {
   const Posterior& posterior = solution.choice->posterior;
   const std::vector<Eigen::Vector2d> samples = evidence.seen.samples();
-  const std::vector<std::string>& sources = solution.options->sources;
+  const Eigen::Index k = posterior.model().num_free();
+  std::set<std::string> sources;
+  if (!solution.options->sources.empty() && k > 0) sources = compared_sources(solution);
   if (sources.empty())
     return split_half_check(posterior.fit.bundle, posterior.information, evidence.floored_sigma,
                             samples, evidence.distance_m);
-  const Eigen::Index k = posterior.model().num_free();
   std::optional<HalvesCheck> worst;
-  for (const std::string& source : std::set<std::string>(sources.begin(), sources.end())) {
+  for (const std::string& source : sources) {
     std::array<std::optional<Posterior>, 2> parts;
-    for (const bool belongs : {false, true}) {
-      const CalibrationInput part = views_of_source(solution, source, belongs);
-      if (std::ssize(part.views) >= policy::kFewestComparedViews && k > 0)
-        parts[belongs] = fit_posterior(posterior.model(), part, *solution.options);
-    }
+    for (const bool belongs : {false, true})
+      parts[belongs] = fit_posterior(posterior.model(), views_of_source(solution, source, belongs),
+                                     *solution.options);
     if (!parts[0] || !parts[1]) continue;
     auto check =
         compare_lenses(posterior.fit.bundle, (parts[1]->values() - parts[0]->values()).head(k),

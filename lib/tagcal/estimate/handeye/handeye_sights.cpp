@@ -15,21 +15,18 @@
 namespace tagcal::internal {
 namespace {
 
-// The noise of the corners by the residuals of all views.
+// The noise of the corners without a covariance, by the residuals of all views that have such.
 double common_sigma_px(std::span<const SeenView> views, std::vector<Finding>& findings) {
-  double squares = 0, freedoms = 0;
+  double square_px2 = 0;
+  std::size_t num_corners = 0, num_views = 0;
   for (const SeenView& v : views) {
-    if (!is_answer(v.own.status)) continue;
-    const auto n = static_cast<double>(v.corners.size() - v.own.outliers.size());
-    squares += n * v.own.hypotheses[0].rms_px * v.own.hypotheses[0].rms_px;
-    freedoms += 2 * n - 6;
+    if (!is_answer(v.own.status) || !v.covariance_px2.empty()) continue;
+    const std::size_t n = v.corners.size() - v.own.outliers.size();
+    square_px2 += static_cast<double>(n) * v.own.hypotheses[0].rms_px * v.own.hypotheses[0].rms_px;
+    num_corners += n;
+    ++num_views;
   }
-  if (freedoms >= policy::kEnoughDegreesOfFreedom)
-    return std::max(kLeastNoisePx, std::sqrt(squares / freedoms));
-  add(findings, code::noise_assumed,
-      fmt::format("the corners are too few to estimate their noise: {} px is assumed",
-                  policy::kAssumedSigmaPx));
-  return policy::kAssumedSigmaPx;
+  return sigma_of_residuals(square_px2, num_corners, num_views, findings);
 }
 
 void say_unusable(std::span<const SeenView> views, std::vector<Finding>& findings) {
@@ -69,8 +66,8 @@ HandeyeSights::HandeyeSights(std::vector<SeenView> views, const UncertainCamera&
     : views_(std::move(views)), options_(options) {
   problem_.mount = options.mount;
   problem_.camera = camera;
-  const bool whitened =
-      std::ranges::any_of(views_, [](const SeenView& v) { return !v.covariance_px2.empty(); });
+  const bool whitened = std::ranges::all_of(
+      views_, [](const SeenView& v) { return v.corners.empty() || !v.covariance_px2.empty(); });
   if (!has_corners())
     sigma_px_ = std::nan("");
   else if (options.sigma_px > 0)

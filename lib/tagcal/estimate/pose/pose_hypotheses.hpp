@@ -15,11 +15,6 @@ std::vector<PoseHypothesis> hypotheses_of(
     const PoseProblem& problem, const Lens& lens, const PoseMinima<N>& fit,
     Eigen::Matrix<double, N, N, Eigen::DontAlign>* covariance = nullptr);
 
-extern template std::vector<PoseHypothesis> hypotheses_of<6>(const PoseProblem&, const Lens&,
-                                                             const PoseMinima<6>&, Matrix6*);
-extern template std::vector<PoseHypothesis> hypotheses_of<7>(const PoseProblem&, const Lens&,
-                                                             const PoseMinima<7>&, Matrix7*);
-
 // A linear covariance is trusted where the variance of the least known turn is at most this times
 // the standard deviation of the best known one (radians).
 constexpr double kCurved = 0.2;  // numeric: saves time, the profile of others widens nothing

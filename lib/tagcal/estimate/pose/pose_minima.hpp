@@ -41,11 +41,4 @@ std::optional<PoseMinima<N>> pose_minima(const PoseProblem& problem, const Lens&
                                          const PoseOptions& options,
                                          const std::optional<NoiseLevel>& noise = std::nullopt);
 
-extern template std::optional<PoseMinima<6>> pose_minima<6>(const PoseProblem&, const Lens&,
-                                                            const PoseOptions&,
-                                                            const std::optional<NoiseLevel>&);
-extern template std::optional<PoseMinima<7>> pose_minima<7>(const PoseProblem&, const Lens&,
-                                                            const PoseOptions&,
-                                                            const std::optional<NoiseLevel>&);
-
 }  // namespace tagcal::internal

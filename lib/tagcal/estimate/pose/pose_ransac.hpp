@@ -27,7 +27,4 @@ using PoseConsensus = Consensus<ViewState>;
 template <int N>
 std::optional<PoseConsensus> pose_ransac(const RansacProblem& view);
 
-extern template std::optional<PoseConsensus> pose_ransac<6>(const RansacProblem&);
-extern template std::optional<PoseConsensus> pose_ransac<7>(const RansacProblem&);
-
 }  // namespace tagcal::internal

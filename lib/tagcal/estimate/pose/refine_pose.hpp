@@ -50,11 +50,4 @@ std::optional<PoseMinimum<N>> refine_pose(ViewSums& sums, const InitialPose<N>& 
 template <int N>
 PoseMinimum<N> polished(ViewSums& sums, const PoseMinimum<N>& minimum, double sigma_px);
 
-extern template PoseMinimum<6> polished(ViewSums&, const PoseMinimum<6>&, double);
-extern template PoseMinimum<7> polished(ViewSums&, const PoseMinimum<7>&, double);
-extern template std::optional<PoseMinimum<6>> refine_pose<6>(ViewSums&, const InitialPose<6>&,
-                                                             const RefineOptions&);
-extern template std::optional<PoseMinimum<7>> refine_pose<7>(ViewSums&, const InitialPose<7>&,
-                                                             const RefineOptions&);
-
 }  // namespace tagcal::internal

@@ -64,8 +64,7 @@ ResidualTest residual_test(const PoseProblem& problem, const NoiseLevel& noise,
 
 void NeighbourCorrelation::add(std::span<const Eigen::Vector2d> pixels,
                                std::span<const Eigen::Vector2d> residuals) {
-  constexpr std::size_t kMany = 200;  // numeric: a limit of work
-  const std::size_t n = std::min(pixels.size(), kMany);
+  const std::size_t n = pixels.size();
   if (n < 2) return;
   num_points_ += n;
   // From left to right, so that the search ends where columns are farther than the nearest point.

@@ -31,9 +31,4 @@ template <int N>
 RobustPose<N> fit_pose_robustly(std::span<const Correspondence> correspondences, const Lens& lens,
                                 const PoseOptions& options);
 
-extern template RobustPose<6> fit_pose_robustly<6>(std::span<const Correspondence>, const Lens&,
-                                                   const PoseOptions&);
-extern template RobustPose<7> fit_pose_robustly<7>(std::span<const Correspondence>, const Lens&,
-                                                   const PoseOptions&);
-
 }  // namespace tagcal::internal

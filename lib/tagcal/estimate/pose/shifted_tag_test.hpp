@@ -18,9 +18,4 @@ template <int N>
 std::optional<int> shifted_tag(const PoseProblem& problem, std::span<const int> groups,
                                const Lens& lens, const ViewState& state);
 
-extern template std::optional<int> shifted_tag<6>(const PoseProblem&, std::span<const int>,
-                                                  const Lens&, const ViewState&);
-extern template std::optional<int> shifted_tag<7>(const PoseProblem&, std::span<const int>,
-                                                  const Lens&, const ViewState&);
-
 }  // namespace tagcal::internal

@@ -23,8 +23,10 @@ bool is_mirrored(std::span<const CornerId> ids, std::span<const Correspondence> 
   };
   std::map<int, Quad> quads;
   for (std::size_t i = 0; i < ids.size(); ++i) {
+    const auto corner = static_cast<std::size_t>(ids[i].corner);
+    if (corner >= 4) continue;  // of no tag
     Quad& quad = quads[ids[i].tag_id];
-    quad.corners[static_cast<std::size_t>(ids[i].corner)] = correspondences[i].pixel;
+    quad.corners[corner] = correspondences[i].pixel;
     ++quad.count;
   }
   int complete = 0, mirrored = 0;

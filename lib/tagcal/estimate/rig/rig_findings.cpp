@@ -51,10 +51,10 @@ bool is_of_shutter(const Finding& finding) {
          finding.code == code::readout_not_observable.name;
 }
 
-void report_shutters(RigCalibration& answer) {
+void report_cameras(bool are_known, RigCalibration& answer) {
   for (const RigCameraEstimate& camera : answer.cameras)
     for (const Finding& finding : camera.own.findings)
-      if (is_of_shutter(finding))
+      if (are_known || is_of_shutter(finding))
         answer.findings.emplace_back(finding).sentence = camera.name + ": " + finding.sentence;
 }
 

@@ -10,7 +10,8 @@ namespace tagcal::internal {
 
 // True for a finding of a rolling shutter.
 bool is_of_shutter(const Finding& finding);
-void report_shutters(RigCalibration& answer);
+// Those of cameras whose lenses were given, and of shutters.
+void report_cameras(bool are_known, RigCalibration& answer);
 // By its `groups`: names the two views that are nearest to a common instant, and sets `next`.
 void report_groups(const RigDataset& rig, const RigState& state, RigCalibration& answer);
 void report_turned(const RigStart& start, RigCalibration& answer);

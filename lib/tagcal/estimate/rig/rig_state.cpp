@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <set>
 #include <utility>
@@ -95,7 +96,8 @@ std::optional<OwnPose> own_pose(const Bundle& bundle, std::size_t view, const Le
   return OwnPose{pose, *covariance, (*gram)(gram->rows() - 1, gram->cols() - 1)};
 }
 
-// The means of the stamps at each instant, or its number.
+// The means of the stamps at each instant, or without stamps its number; an instant without a view
+// has the time of the one before, so that a search by time finds the others.
 void set_times(const RigDataset& rig, RigState& state) {
   state.has_stamps = std::ranges::all_of(
       rig.cameras, [](const RigCamera& c) { return c.times_s.size() == c.data.views.size(); });
@@ -107,7 +109,12 @@ void set_times(const RigDataset& rig, RigState& state) {
         sum += rig.cameras[c].times_s[*view];
         ++count;
       }
-    state.time.push_back(count > 0 ? sum / count : static_cast<double>(t));
+    if (!state.has_stamps)
+      state.time.push_back(static_cast<double>(t));
+    else if (count > 0)
+      state.time.push_back(sum / count);
+    else
+      state.time.push_back(t > 0 ? state.time.back() : -std::numeric_limits<double>::infinity());
   }
 }
 
