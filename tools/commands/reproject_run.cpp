@@ -165,7 +165,7 @@ void ReprojectRun::write_target(const fs::path& folder, std::size_t t) {
   fs::create_directories(place);
   write_whole(place / target_file_name(target.target),
               target_yaml(target.target, poses_[t], arguments_.camera));
-  // Of a target each picture has its own pose, mask and map; that of --view is one for all.
+  // With a target each picture has its own pose, mask and map; the pose of --view serves all.
   if (arguments_.view.empty() && poses_[t].size() > 1) return;
   const Reprojection chain{camera_, target.target, poses_[t].front().second};
   if (arguments_.maps)

@@ -44,7 +44,7 @@ std::string news_line(const PictureNews& news);
 // One line for many pictures that repeat others, which then have no lines of their own; "" for few.
 std::string repeated_line(const std::vector<PictureNews>& news, const std::string& camera = "");
 
-// What a session says once. `camera`: of several; "": the only one.
+// Says each notice of a session once. `camera`: its name among several; "" for the only one.
 class Notices {
  public:
   // Files that people put beside pictures and that are not read, with what to do.

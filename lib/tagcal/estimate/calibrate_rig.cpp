@@ -163,27 +163,6 @@ void check_lenses(const RigDataset& rig, const RigOptions& options,
         report_swapped(rig, a, b, "lens", answer);
 }
 
-// Cameras whose own pictures give no answer: then the rig has none.
-void require_answers(const RigDataset& rig, RigLenses lenses, RigCalibration& answer) {
-  for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
-    const Calibration& own = answer.cameras[c].own;
-    const bool has_lens = is_answer(own.status) && own.camera && own.model != "weak";
-    if (has_lens) continue;
-    const auto reason = std::ranges::find_if(own.findings, is_refusal);
-    const std::string why =
-        reason == own.findings.end() ? std::string(status_name(own.status)) : reason->sentence;
-    add(answer.findings, code::camera_without_answer,
-        lenses == RigLenses::fixed
-            ? rig.cameras[c].name +
-                  ": no view of it has a pose under the camera that is given for it: it is the "
-                  "file "
-                  "of another camera, its lens changed, or the board is not that of the target file"
-            : fmt::format("{}: its own pictures do not calibrate it ({}): take more views with "
-                          "it, or give its camera file",
-                          rig.cameras[c].name, why));
-  }
-}
-
 // A camera's own calibration, and its corners.
 struct OwnCamera {
   Calibration own;
@@ -233,7 +212,7 @@ std::vector<Calibration> own_calibrations(PlacedViews& views, const RigOptions& 
   }
   if (still) views.data = still;
   check_lenses(*views.data, options, own, answer);
-  require_answers(rig, options.lenses, answer);
+  report_unanswered(options.lenses, answer);
   report_cameras(fixed, answer);
   return own;
 }

@@ -39,7 +39,7 @@ std::optional<Finding> contradiction_of_camera(const Dataset& pictures,
                                                const UncertainCamera& known,
                                                std::size_t num_threads = 1);
 
-// Of a single view.
+// The same for a single view.
 std::optional<Finding> contradiction_of_camera(const View& view,
                                                const std::vector<PlacedBoard>& boards,
                                                const UncertainCamera& known);

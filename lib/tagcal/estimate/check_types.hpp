@@ -63,8 +63,8 @@ struct DetectableChange {
   std::size_t camera = 0;
   ChangeKind kind = ChangeKind::lens;
   double max_px = 0;  // as CameraChange::max_px; infinite if nothing of it shows
-  // What remains of max_px without a change of all lengths alike, which another print of the board
-  // makes as well: of the place in a rig of two cameras. Else max_px.
+  // For the place in a rig of two cameras: max_px without the part that is a change of all lengths
+  // alike, which another print of the board makes as well. Else max_px.
   double without_scale_px = 0;
   // Its size: px of the focal length (fx) or of the principal point; mm of a place, whose rotation
   // is that of the same pixels; 0 for the others.

@@ -95,7 +95,7 @@ ViewPoses poses_of_views(const Dataset& dataset, std::span<const std::size_t> vi
                          const Camera& camera, const std::optional<double>& camera_error_px,
                          std::size_t num_threads = 1);
 
-// Of all views.
+// The same for all views.
 ViewPoses poses_of_views(const Dataset& dataset, const Camera& camera,
                          const std::optional<double>& camera_error_px, std::size_t num_threads = 1);
 

@@ -116,7 +116,7 @@ class Shadows {
   using Polygon = std::vector<Eigen::Vector3d>;
   static constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
 
-  // Of sheets in the world; those of a scene in the second form.
+  // Takes sheets in the world, or makes those of a scene.
   Shadows(std::vector<Sheet> sheets, const Lens& lens, const Pose& camera_from_world);
   Shadows(const Scene& scene, const Lens& lens, const Pose& camera_from_world)
       : Shadows(tagcal::sheets(scene), lens, camera_from_world) {}

@@ -147,8 +147,9 @@ std::vector<TargetMistake> grid_mistakes(const AprilGrid& grid, const SeenQuads&
   const Agreement own = agreement(neighbours, grid_layout(grid.columns, grid.first_id));
   const Ids ids{[&](int first) { return grid_layout(grid.columns, first); }, grid.first_id,
                 grid.columns * grid.rows, grid.columns, "first_id"};
-  const std::vector<TargetMistake> of_first_id = first_id_mistakes(neighbours, own, seen, ids);
-  if (has_strange(seen, ids) && !of_first_id.empty()) return of_first_id;
+  const auto of_first_id = [&] { return first_id_mistakes(neighbours, own, seen, ids); };
+  if (has_strange(seen, ids))
+    if (auto mistakes = of_first_id(); !mistakes.empty()) return mistakes;
   if (!is_sure(own)) {
     for (int columns = 1; columns <= kMostColumns; ++columns)
       if (is_refuted_by(own, agreement(neighbours, grid_layout(columns, grid.first_id))))
@@ -157,7 +158,7 @@ std::vector<TargetMistake> grid_mistakes(const AprilGrid& grid, const SeenQuads&
                              "says {}; write tagCols: {}",
                              columns, grid.columns, columns),
                  true}};
-    return of_first_id;
+    return of_first_id();
   }
   const double spacing = own.scale - 1;
   if (std::abs(spacing - grid.tag_spacing) < policy::kSpacingTolerance) return {};
@@ -245,11 +246,12 @@ std::vector<TargetMistake> charuco_mistakes(const Charuco& board, const SeenQuad
   const Ids ids{[&](int id) { return marker_layout(board.square_columns, is_shifted, id, last); },
                 first, static_cast<int>(tags_of({board, {}}).size()), board.square_columns,
                 "first_marker_id"};
-  const std::vector<TargetMistake> of_first_id = first_id_mistakes(neighbours, own, seen, ids);
-  if (has_strange(seen, ids) && !of_first_id.empty()) return of_first_id;
+  const auto of_first_id = [&] { return first_id_mistakes(neighbours, own, seen, ids); };
+  if (has_strange(seen, ids))
+    if (auto mistakes = of_first_id(); !mistakes.empty()) return mistakes;
   if (!is_sure(own)) {
     const auto other = other_squares(neighbours, own, first, last);
-    if (!other) return of_first_id;
+    if (!other) return of_first_id();
     if (other->columns == board.square_columns)
       return {{"wrong pattern", pattern_text(board, other->shifted), true}};
     return {{"wrong squares", squares_text(board, *other), true}};

@@ -346,7 +346,7 @@ inline constexpr int kBlobThresholds = 12;
 inline constexpr float kBlobMinDistancePx = 5;
 inline constexpr float kBlobMinAreaPx2 = 16;
 inline constexpr float kBlobMinConvexity = 0.8F;
-// Diameters of two discs beside one another in a grid, at most. Source: the ratio of their
+// Ratio of the diameters of two discs beside one another in a grid, at most. Source: that of their
 // distances from the camera, 1.3 if they are nearer than three spacings, and a pixel of 5.
 inline constexpr double kBlobMostRatio = 1.5;
 

@@ -51,6 +51,29 @@ bool is_of_shutter(const Finding& finding) {
          finding.code == code::readout_not_observable.name;
 }
 
+void report_unanswered(RigLenses lenses, RigCalibration& answer) {
+  for (const RigCameraEstimate& camera : answer.cameras) {
+    const Calibration& own = camera.own;
+    const bool has_lens = is_answer(own.status) && own.camera && own.model != "weak";
+    if (has_lens) continue;
+    if (lenses == RigLenses::fixed) {
+      add(answer.findings, code::camera_without_answer,
+          camera.name +
+              ": no view of it has a pose under the camera that is given for it: it is the file of "
+              "another camera, its lens changed, or the board is not that of the target file");
+      continue;
+    }
+    const auto reason = std::ranges::find_if(own.findings, is_refusal);
+    add(answer.findings, code::camera_without_answer,
+        fmt::format(
+            "{}: its own pictures do not calibrate it ({}): take more views with it, or give "
+            "its camera file",
+            camera.name,
+            reason == own.findings.end() ? std::string(status_name(own.status))
+                                         : reason->sentence));
+  }
+}
+
 void report_cameras(bool are_known, RigCalibration& answer) {
   for (const RigCameraEstimate& camera : answer.cameras)
     for (const Finding& finding : camera.own.findings)

@@ -10,7 +10,9 @@ namespace tagcal::internal {
 
 // True for a finding of a rolling shutter.
 bool is_of_shutter(const Finding& finding);
-// Those of cameras whose lenses were given, and of shutters.
+// Cameras whose own pictures give no answer: then the rig has none.
+void report_unanswered(RigLenses lenses, RigCalibration& answer);
+// Repeats the findings of cameras whose lenses were given, and those of shutters.
 void report_cameras(bool are_known, RigCalibration& answer);
 // By its `groups`: names the two views that are nearest to a common instant, and sets `next`.
 void report_groups(const RigDataset& rig, const RigState& state, RigCalibration& answer);
