@@ -108,7 +108,10 @@ Calibration calibrate_input(CalibrationInput& input, const CalibrateOptions& opt
   if (!solved) return no_answer(input, is_auto(options) ? "" : options.model);
   const Solution solution{&input, &solved->fit, &options, &*solved, {}};
   Calibration c = report(solution, gather_evidence(solution));
-  const bool is_weak_taken = is_auto(options) && c.status == Status::focal_not_observable;
+  // A motion during the readout that is in all corners may be why the focal length is not known.
+  const bool is_readout_seen = c.readout && c.readout->is_seen;
+  const bool is_weak_taken =
+      is_auto(options) && c.status == Status::focal_not_observable && !is_readout_seen;
   if (is_weak_taken)
     c = calibrate_weak(input, options,
                        *std::ranges::find(c.findings, Severity::refusal, &Finding::severity));
@@ -209,6 +212,7 @@ Calibration calibrate(const Dataset& dataset, const CalibrateOptions& options) {
     result = calibrate_with_readout(
         dataset, options.times_s, std::move(result),
         [&](const Dataset& still) { return calibrate_dataset(still, options); });
+  if (!is_answer(result.status)) result.readout.reset();
   test_mirror_image(dataset, options, result);
   test_held_values(dataset, options, result);
   result.seconds.total = stopwatch.seconds();

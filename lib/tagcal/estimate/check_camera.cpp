@@ -8,6 +8,7 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/bundle/observability.hpp"
+#include "tagcal/estimate/bundle/repeated_poses.hpp"
 #include "tagcal/estimate/camera_check/candidates.hpp"
 #include "tagcal/estimate/findings.hpp"
 #include "tagcal/estimate/policy/check_policy.hpp"
@@ -25,10 +26,10 @@ using Eigen::VectorXd;
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 void report_limits(const FreeFit& fit, const KnownRig& known, CameraCheck& check) {
-  int most_views = 0;
+  std::size_t most_poses = 0;
   for (std::size_t c = 0; c < fit.cameras.size(); ++c) {
     const Bundle& bundle = fit.state.cameras[c];
-    most_views = std::max(most_views, fit.cameras[c].num_views);
+    most_poses = std::max(most_poses, num_poses(number_of_poses(bundle)));
     const std::string prefix = fit.cameras.size() > 1 ? fit.cameras[c].name + ": " : "";
     if (!known.cameras[c].camera.model || known.covariance.size() == 0)
       add(check.findings, code::camera_exact,
@@ -38,10 +39,10 @@ void report_limits(const FreeFit& fit, const KnownRig& known, CameraCheck& check
     if (const auto gaps = seen_region(bundle).gaps(); gaps && num_corners(bundle) > 0)
       add(check.findings, code::extrapolated, prefix + *gaps + ": a change there is not tested");
   }
-  if (most_views < policy::kFewestCheckedViews)
+  if (most_poses < policy::kFewestCheckedPoses)
     add(check.findings, code::few_views,
-        "one picture does not tell a change of the camera from an error of the board: take two or "
-        "more, with the board at different places and tilts");
+        "one pose of the board does not tell a change of the camera from an error of the board: "
+        "take two pictures or more, with the board at different places and tilts");
 }
 
 bool has(const CameraCheck& check, const FindingCode& code) {

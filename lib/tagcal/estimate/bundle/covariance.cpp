@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "tagcal/estimate/bundle/repeated_poses.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/internal/parallel.hpp"
 
@@ -17,28 +18,27 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-// The spread of the views' gradients in the coordinates W p of the parameters p. The information of
-// lens, board and priors is I there (H^-1 = W'W).
+// The spread of the samples' gradients in the coordinates W p of the parameters p. The information
+// of lens, board and priors is I there (H^-1 = W'W).
 struct Spread {
   double overdispersion = 1;  // phi
-  MatrixXd covariance;        // of the views' steps, each raised by its leverage
+  MatrixXd covariance;        // of the samples' steps, each raised by its leverage
 };
 
-// phi: the mean square of the views' gradients over that of independent residuals, weighed by their
-// effect on the parameters, and shrunk to `independent`.
-// Steps: d_v = (I - S_v)^-1/2 g_v has the mean square S_v for independent residuals. The root is
-// its Pade approximation (I - S_v / 4) (I - 3 S_v / 4)^-1, which stays bounded where one view alone
-// determines a parameter.
-Spread spread_of_views(const BundleInformation& information, const MatrixXd& w, double variance,
-                       double independent) {
+// phi: the mean square of the samples' gradients over that of independent residuals, weighed by
+// their effect on the parameters, and shrunk to `independent`. Steps: d_v = (I - S_v)^-1/2 g_v has
+// the mean square S_v for independent residuals. The root is its Pade approximation (I - S_v / 4)
+// (I - 3 S_v / 4)^-1, which stays bounded where one pose alone determines a parameter.
+Spread spread_of_samples(const BundleInformation& information, const MatrixXd& w, double variance,
+                         double independent) {
   constexpr double kLeast = 0.25, kMost = 0.75;  // numeric: the approximation's coefficients
   const Index n = w.rows();
   const MatrixXd identity = MatrixXd::Identity(n, n);
   Spread spread{1, MatrixXd::Zero(n, n)};
   double observed = 0, expected = 0, squares = 0;
-  for (const ViewInformation& view : information.views) {
-    const MatrixXd s = w * view.schur * w.transpose() / variance;
-    const VectorXd g = w * view.gradient / variance;
+  for (const ViewInformation& sample : information.samples()) {
+    const MatrixXd s = w * sample.schur * w.transpose() / variance;
+    const VectorXd g = w * sample.gradient / variance;
     const double part = s.trace() - s.squaredNorm();
     observed += g.squaredNorm();
     expected += part;
@@ -49,7 +49,7 @@ Spread spread_of_views(const BundleInformation& information, const MatrixXd& w, 
   }
   spread.overdispersion = independent;
   if (!(expected > 0)) return spread;
-  // Views that matter little count less: the effective number of views.
+  // Samples that matter little count less: the effective number of samples.
   const double freedom = std::max(0.0, expected * expected / squares - 1);
   const double prior = policy::kOverdispersionViews;
   spread.overdispersion =
@@ -147,6 +147,22 @@ MatrixXd BundleInformation::data() const {
   return sum;
 }
 
+std::vector<ViewInformation> BundleInformation::samples() const {
+  if (sample.empty()) return views;
+  const Index n = prior.rows();
+  std::vector<ViewInformation> sums(num_samples(),
+                                    {MatrixXd::Zero(n, n), VectorXd::Zero(n), {}, {}});
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    sums[sample[v]].schur += views[v].schur;
+    sums[sample[v]].gradient += views[v].gradient;
+  }
+  return sums;
+}
+
+std::size_t BundleInformation::num_samples() const {
+  return sample.empty() ? views.size() : num_poses(sample);
+}
+
 MatrixXd BundleInformation::total(double sigma) const { return data() / (sigma * sigma) + prior; }
 
 VectorXd BundleInformation::gradient(double sigma) const {
@@ -166,6 +182,7 @@ std::optional<BundleInformation> bundle_information(const Bundle& bundle, std::s
     if (!view) return std::nullopt;
     result.views.push_back(std::move(*view));
   }
+  result.sample = number_of_poses(bundle);
   const PriorRows rows = prior_of(bundle);
   result.prior = rows.by_parameters.transpose() * rows.by_parameters;
   result.prior_gradient = rows.by_parameters.transpose() * rows.residuals;
@@ -180,9 +197,9 @@ std::optional<BundleCovariance> covariance_of(const BundleInformation& informati
   const std::optional<MatrixXd> w = inverse_root(information.total(sigma));
   if (!w) return std::nullopt;
   covariance.decrement = (*w * information.gradient(prior_sigma)).squaredNorm();
-  const Spread spread = spread_of_views(information, *w, sigma * sigma, independent);
+  const Spread spread = spread_of_samples(information, *w, sigma * sigma, independent);
   covariance.overdispersion = spread.overdispersion;
-  const auto count = static_cast<double>(information.views.size());
+  const auto count = static_cast<double>(information.num_samples());
   const double share = count / (count + policy::kSpreadViews);
   const MatrixXd prior = *w * information.prior * w->transpose();
   const MatrixXd scaled = spread.overdispersion * (MatrixXd::Identity(n, n) - prior);

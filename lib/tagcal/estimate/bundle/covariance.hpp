@@ -34,11 +34,16 @@ std::optional<ViewInformation> eliminate_pose(const Eigen::MatrixXd& gram);
 
 // The information of all views and of the pseudo-observations.
 struct BundleInformation {
-  std::vector<ViewInformation> views;  // independent samples, each with a pose of its own
-  Eigen::MatrixXd prior;               // J'J of lens_prior and the board
-  Eigen::VectorXd prior_gradient;      // J'r
+  std::vector<ViewInformation> views;
+  // Numbers of the views' samples, which are independent: those of one pose are one sample
+  // (number_of_poses). Empty: each view is a sample of its own.
+  std::vector<std::size_t> sample;
+  Eigen::MatrixXd prior;           // J'J of lens_prior and the board
+  Eigen::VectorXd prior_gradient;  // J'r
 
-  Eigen::MatrixXd data() const;  // sum of S_v
+  Eigen::MatrixXd data() const;                  // sum of S_v
+  std::vector<ViewInformation> samples() const;  // S_v and g_v, summed by samples
+  std::size_t num_samples() const;
   // H = data / sigma^2 + prior, for noise of this standard deviation.
   Eigen::MatrixXd total(double sigma) const;
   Eigen::VectorXd gradient(double sigma) const;
@@ -60,7 +65,8 @@ struct BundleCovariance {
 
 // With A = H^-1 and M = the sum of S_v / sigma^2, the covariance of independent residuals is A =
 // A M A + A P A: the data's part and the prior's. The residuals of a view share what the models of
-// lens and board leave, so the data's part comes from the spread between views:
+// lens and board leave, and so do views of one pose, so the data's part comes from the spread
+// between poses. S_v, g_v and V are here those of poses, the sums over their views:
 //   spread     sum d_v d_v',  d_v = A (I - S_v A)^-1/2 g_v, in units of sigma: the sandwich of the
 //              views' gradients, each corrected for its leverage (CR2: Bell & McCaffrey 2002);
 //   scaled     phi A M A, with phi the overdispersion of the views' gradients, which few views do
@@ -68,7 +74,8 @@ struct BundleCovariance {
 //              had shown that.
 // The spread has V samples for n parameters, so it is shrunk to the scaled one as if
 // policy::kSpreadViews views had shown that. `independent`: the overdispersion that neighbouring
-// residuals suggest, >= 1 (overdispersion_of_neighbours). No value if H has no inverse.
+// residuals and repeated poses suggest, >= 1 (expected_overdispersion). No value if H has no
+// inverse.
 std::optional<BundleCovariance> covariance_of(const Bundle& bundle,
                                               const BundleInformation& information, double sigma,
                                               double independent);

@@ -153,13 +153,14 @@ std::optional<HalvesCheck> split_half_check(const Bundle& solved,
                                             const BundleInformation& information, double sigma,
                                             std::span<const Vector2d> samples, double distance_m) {
   const Eigen::Index k = solved.model->num_free();
-  if (std::ssize(solved.views) < 2 * policy::kFewestComparedViews || k == 0) return std::nullopt;
+  const std::vector<ViewInformation> poses = information.samples();
+  if (std::ssize(poses) < 2 * policy::kFewestComparedViews || k == 0) return std::nullopt;
   const double variance = sigma * sigma;
   std::array<MatrixXd, 2> halves = {information.prior, information.prior};
   std::array<VectorXd, 2> gradients = {information.prior_gradient, information.prior_gradient};
-  for (std::size_t v = 0; v < information.views.size(); ++v) {
-    halves[v % 2] += information.views[v].schur / variance;
-    gradients[v % 2] += information.views[v].gradient / variance;
+  for (std::size_t s = 0; s < poses.size(); ++s) {
+    halves[s % 2] += poses[s].schur / variance;
+    gradients[s % 2] += poses[s].gradient / variance;
   }
   const auto first = exact_inverse(halves[0]), second = exact_inverse(halves[1]);
   if (!first || !second) return std::nullopt;

@@ -29,9 +29,9 @@ std::optional<HalvesCheck> compare_lenses(const Bundle& solved, const Eigen::Vec
                                           std::span<const Eigen::Vector2d> samples,
                                           double distance_m);
 
-// Compares the solutions of two halves of the views (every other view, and the rest), each one
-// Gauss-Newton step from the common solution. Returns no value for fewer than six views, or if a
-// half does not determine the parameters.
+// Compares the solutions of two halves of the views (those of every other pose, and the rest), each
+// one Gauss-Newton step from the common solution. Returns no value for fewer than six poses, or if
+// a half does not determine the parameters.
 std::optional<HalvesCheck> split_half_check(const Bundle& solved,
                                             const BundleInformation& information, double sigma,
                                             std::span<const Eigen::Vector2d> samples,

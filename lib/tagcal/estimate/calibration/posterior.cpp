@@ -8,6 +8,7 @@
 #include "tagcal/estimate/bundle/observability.hpp"
 #include "tagcal/estimate/bundle/point_errors.hpp"
 #include "tagcal/estimate/bundle/profile_covariance.hpp"
+#include "tagcal/estimate/bundle/repeated_poses.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/residual_test.hpp"
 #include "tagcal/uncertainty/lens_difference.hpp"
@@ -100,7 +101,7 @@ BundleNoise noise_of(const CalibrationFit& fit, const CalibrateOptions& options)
   return noise;
 }
 
-double overdispersion_of_neighbours(const Bundle& solved) {
+double expected_overdispersion(const Bundle& solved, std::span<const std::size_t> pose_of_view) {
   constexpr std::size_t kEnoughViews = 8;
   const std::size_t stride = 1 + (solved.views.size() - 1) / kEnoughViews;
   const Lens lens = solved.lens();
@@ -112,8 +113,9 @@ double overdispersion_of_neighbours(const Bundle& solved) {
     for (const Correspondence& c : view.correspondences) pixels.push_back(c.pixel);
     sum.add(pixels, residuals_px(view.correspondences, lens, solved.camera_from_target[v]));
   }
-  return policy::kLeastOverdispersion +
-         policy::kOverdispersionByCorrelation * std::max(0.0, sum.correlation());
+  return (policy::kLeastOverdispersion +
+          policy::kOverdispersionByCorrelation * std::max(0.0, sum.correlation())) *
+         design_effect(solved, pose_of_view);
 }
 
 VectorXd Posterior::values() const {
@@ -130,7 +132,7 @@ std::optional<Posterior> posterior_of(CalibrationFit fit, const CalibrateOptions
   auto information = bundle_information(fit.bundle, options.num_threads);
   if (!information) return std::nullopt;
   auto covariance = covariance_of(fit.bundle, *information, posterior.noise.sigma,
-                                  overdispersion_of_neighbours(fit.bundle));
+                                  expected_overdispersion(fit.bundle, information->sample));
   if (!covariance) return std::nullopt;
   if (const auto of_points =
           covariance_of_point_errors(fit.bundle, *information, posterior.noise.sigma))

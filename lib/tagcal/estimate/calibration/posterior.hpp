@@ -17,9 +17,10 @@ struct BundleNoise {
 };
 BundleNoise noise_of(const CalibrationFit& fit, const CalibrateOptions& options);
 
-// The overdispersion that the correlation of neighbouring corners' residuals suggests, before the
-// views are compared: policy::kLeastOverdispersion, and more for positive correlations.
-double overdispersion_of_neighbours(const Bundle& solved);
+// The overdispersion that the correlations of residuals suggest, before poses are compared:
+// policy::kLeastOverdispersion, more for positive correlations of neighbouring corners, times what
+// views of one pose share (design_effect).
+double expected_overdispersion(const Bundle& solved, std::span<const std::size_t> pose_of_view);
 
 // A solved fit of a model, with its information and covariance by views.
 struct Posterior {

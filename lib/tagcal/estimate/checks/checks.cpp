@@ -247,12 +247,16 @@ Result principal_point_untested(const Solved& s) {
           with_digits(s.evidence.open_centre, 2) + " times as large");
 }
 
-// Few views do not show what they share: bends of the board that look like the lens.
+// Few poses do not show what they share: bends of the board that look like the lens.
 Result few_views(const Solved& s) {
   const std::size_t count = s.answer.views.size();
-  if (std::ssize(s.answer.views) >= policy::kFewestComparedViews) return std::nullopt;
+  const std::size_t poses = s.solution.choice->posterior.information.num_samples();
+  if (poses >= policy::kFewestComparedViews) return std::nullopt;
   return finding(code::few_views,
                  std::to_string(count) + (count == 1 ? " picture" : " pictures") +
+                     (poses == count ? ""
+                      : poses == 1   ? " of one pose of the board"
+                                     : " of two poses of the board") +
                      ": the standard deviations rest on what is usual for lenses and boards; take "
                      "10, tilted in several directions");
 }

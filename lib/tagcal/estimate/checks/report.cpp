@@ -142,7 +142,6 @@ Calibration report(const Solution& solution, Evidence evidence) {
   } else {  // claims that depend on the answer
     c.projection.clear();
     c.board_warp.reset();
-    c.readout.reset();
   }
   c.seconds.covariance = solved.evidence.seconds + stopwatch.seconds();
   return std::move(solved.answer);

@@ -7,9 +7,9 @@
 
 namespace tagcal::internal::policy {
 
-// Pictures below which the verdict is no other than cannot_tell: what one picture shows, as a bend
-// of the board, may look like a lens.
-inline constexpr int kFewestCheckedViews = 2;
+// Poses of the board below which the verdict is no other than cannot_tell: what one pose shows, as
+// a bend of the board, may look like a lens.
+inline constexpr std::size_t kFewestCheckedPoses = 2;
 
 // By this share of the widths of lens_prior the free camera may depart from the known one where the
 // pictures do not determine it; it only keeps the linear test near the known camera. Chosen by

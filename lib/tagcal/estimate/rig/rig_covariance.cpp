@@ -4,7 +4,9 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <map>
 
+#include "tagcal/estimate/bundle/repeated_poses.hpp"
 #include "tagcal/estimate/calibration/posterior.hpp"
 
 namespace tagcal::internal {
@@ -83,13 +85,31 @@ std::vector<std::vector<std::pair<std::size_t, std::size_t>>> views_by_instant(
   return views;
 }
 
-// Instants that count as one sample together, so that samples times the cube of the parameters stay
+// Poses that count as one sample together, so that samples times the cube of the parameters stay
 // bounded: a limit of work.
-std::size_t instants_per_sample(std::size_t num_instants, Index num_parameters) {
+std::size_t poses_per_sample(std::size_t num_poses, Index num_parameters) {
   constexpr double kMostWork = 1e9;      // numeric: a limit of work
   constexpr double kFewestSamples = 20;  // numeric: a limit of work
   const double most = std::max(kFewestSamples, kMostWork / std::pow(num_parameters, 3));
-  return static_cast<std::size_t>(std::ceil(static_cast<double>(num_instants) / most));
+  return static_cast<std::size_t>(std::ceil(static_cast<double>(num_poses) / most));
+}
+
+// Numbers of the poses of the rig by instant: instants are of one pose if they are so for each
+// camera. Instants without views have that of another one.
+std::vector<std::size_t> poses_of_instants(
+    const RigState& state,
+    const std::vector<std::vector<std::pair<std::size_t, std::size_t>>>& by_instant) {
+  std::vector<std::vector<std::size_t>> pose_of_view;
+  for (const Bundle& camera : state.cameras) pose_of_view.push_back(number_of_poses(camera));
+  std::map<std::vector<std::pair<std::size_t, std::size_t>>, std::size_t> number_of;
+  std::vector<std::size_t> numbers;
+  for (const auto& views : by_instant) {
+    std::vector<std::pair<std::size_t, std::size_t>> poses;
+    for (const auto& [c, v] : views) poses.emplace_back(c, pose_of_view[c][v]);
+    numbers.push_back(
+        views.empty() ? 0 : number_of.emplace(std::move(poses), number_of.size()).first->second);
+  }
+  return numbers;
 }
 
 void add_priors_of_rig(const RigState& state, const RigLayout& layout,
@@ -173,23 +193,24 @@ std::optional<BundleInformation> rig_information(const RigState& solved, const R
   for (const Bundle& camera : solved.cameras) lenses.push_back(camera.lens());
   const auto by_instant = views_by_instant(solved);
   const Index n = layout.size + solved.cameras.front().num_shapes();
-  const std::size_t per_sample = instants_per_sample(by_instant.size(), n);
+  const std::vector<std::size_t> pose_of_instant = poses_of_instants(solved, by_instant);
+  const std::size_t per_sample = poses_per_sample(num_poses(pose_of_instant), n);
   BundleInformation information;
-  std::size_t number = 0;
-  for (const auto& views : by_instant) {
+  information.views.resize((num_poses(pose_of_instant) + per_sample - 1) / per_sample,
+                           {MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n), {}, {}});
+  for (std::size_t i = 0; i < by_instant.size(); ++i) {
+    const auto& views = by_instant[i];
     if (views.empty()) continue;
-    if (number++ % per_sample == 0)
-      information.views.push_back({MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n), {}, {}});
+    ViewInformation& sample = information.views[pose_of_instant[i] / per_sample];
     PoseProducts pose(n);
     for (const auto& [c, v] : views) {
       const Bundle& camera = solved.cameras[c];
       const auto of_view =
           products_of(camera, v, camera.model->free(), lenses[c], camera.camera_from_target[v]);
       if (!of_view) return std::nullopt;
-      add_view(solved, layout, c, solved.poses.links[c][v], *of_view, pose,
-               information.views.back());
+      add_view(solved, layout, c, solved.poses.links[c][v], *of_view, pose, sample);
     }
-    if (!eliminate(pose, information.views.back())) return std::nullopt;
+    if (!eliminate(pose, sample)) return std::nullopt;
   }
   add_priors_of_rig(solved, layout, information);
   return information;
@@ -198,7 +219,8 @@ std::optional<BundleInformation> rig_information(const RigState& solved, const R
 double overdispersion_of_rig(const RigState& solved) {
   double most = 1;
   for (const Bundle& camera : solved.cameras)
-    if (!camera.views.empty()) most = std::max(most, overdispersion_of_neighbours(camera));
+    if (!camera.views.empty())
+      most = std::max(most, expected_overdispersion(camera, number_of_poses(camera)));
   return most;
 }
 
