@@ -16,6 +16,8 @@
 #include <string>
 #include <vector>
 
+#include "expect.hpp"
+
 namespace tagcal::tools {
 
 namespace fs = std::filesystem;
@@ -35,12 +37,6 @@ inline std::string slurp(const fs::path& file) {
 inline void spill(const fs::path& file, const std::string& text) {
   fs::create_directories(file.parent_path());
   std::ofstream(file, std::ios::binary) << text;
-}
-
-inline std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const std::size_t at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return at == std::string::npos ? text : text.replace(at, from.size(), to);
 }
 
 // Words that are numbers are compared as numbers.
@@ -123,7 +119,7 @@ class Cli : public testing::Test {
     EXPECT_EQ(outcome.out, "");
     EXPECT_TRUE(err.starts_with("tagcal: "));
     EXPECT_EQ(std::count(err.begin(), err.end(), '\n'), 1);
-    for (const std::string& part : parts) EXPECT_NE(err.find(part), std::string::npos) << part;
+    for (const std::string& part : parts) EXPECT_HAS(err, part);
   }
 
   // Every file below a folder, with its bytes.

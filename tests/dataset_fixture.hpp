@@ -68,9 +68,7 @@ class DatasetFile : public FileTest {
                   const std::vector<BadFile>& table) const {
     for (const BadFile& bad : table) {
       write(file, replaced(good, bad.from, bad.to));
-      const std::string message = error();
-      EXPECT_EQ(message.substr(0, bad.message.size()), bad.message) << message;
-      EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+      expect_line(error(), bad.message);
     }
     write(file, good);
     EXPECT_NO_THROW(read_dataset(folder_));

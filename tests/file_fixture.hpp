@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "tagcal/error.hpp"
+#include "expect.hpp"
 #include "tagcal/geometry/pose.hpp"
 #include "tagcal/io/text_file.hpp"
 #include "tagcal/random.hpp"
@@ -20,17 +20,6 @@
 namespace tagcal {
 
 namespace fs = std::filesystem;
-
-// The message of the Error that `f` throws; "no error" where it throws none.
-template <typename F>
-std::string error_of(F&& f) {
-  try {
-    f();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "no error";
-}
 
 // A folder of its own for every test, removed at the end.
 class FileTest : public testing::Test {
@@ -68,12 +57,6 @@ struct BadFile {
   std::string to;
   std::string message;
 };
-
-inline std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const std::size_t at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return at == std::string::npos ? text : text.replace(at, from.size(), to);
-}
 
 // Bytes changed, put in, taken out and parts copied over others, at random.
 inline std::string mutated(std::string text, Random& random) {

@@ -36,8 +36,8 @@ TEST_F(CliBag, HasTheCornersOfItsPictures) {
   const Outcome out = run(detect + path("b.csv") + " " + path("a.mcap") + ":/camera/image_raw");
   ASSERT_EQ(out.exit_code, 0) << out.err;
   const std::string of_bag = slurp(root() / "b.csv");
-  EXPECT_NE(of_bag.find(",time_s\na@000000,"), std::string::npos) << of_bag.substr(0, 200);
-  EXPECT_NE(of_bag.find(",1000.300000\n"), std::string::npos);
+  EXPECT_HAS(of_bag, ",time_s\na@000000,");
+  EXPECT_HAS(of_bag, ",1000.300000\n");
   const std::string plain =
       std::regex_replace(std::regex_replace(of_bag, std::regex(",(time_s|1000\\.\\d+)\n"), "\n"),
                          std::regex("a@000"), "");
@@ -65,7 +65,7 @@ TEST_F(CliBag, FramesThatAddMostAreUsed) {
   EXPECT_GT(used, 5);
   EXPECT_LE(used, 75);
   EXPECT_EQ(std::distance(fs::directory_iterator(root() / "used"), fs::directory_iterator()), used);
-  EXPECT_NE(out.err.find("a@000074: "), std::string::npos) << out.err;
+  EXPECT_HAS(out.err, "a@000074: ");
   // Fewer for a goal; all if they are named.
   const Outcome goal = run(calibrate + path("a.mcap") + " --until 1px");
   EXPECT_LT(int{nlohmann::json::parse(goal.out).at("frames").at("used")}, used) << goal.err;
@@ -75,7 +75,7 @@ TEST_F(CliBag, FramesThatAddMostAreUsed) {
        {"--keep " + path("k"), std::string("--until 1px"), std::string("--explain")}) {
     const Outcome wrong = run(calibrate + path("a.mcap") + " --frames all " + option);
     EXPECT_EQ(wrong.exit_code, 2);
-    EXPECT_NE(wrong.err.find("belongs to the frames that are chosen"), std::string::npos);
+    EXPECT_HAS(wrong.err, "belongs to the frames that are chosen");
   }
 }
 
@@ -89,7 +89,7 @@ TEST_F(CliBag, BadInputIsOneLine) {
     const Outcome out = run("detect " + arguments + " --target " + path("set/target.yaml") +
                             " --out " + path("none.csv"));
     EXPECT_EQ(out.exit_code, 2) << arguments << out.err;
-    EXPECT_NE(out.err.find(message), std::string::npos) << out.err;
+    EXPECT_HAS(out.err, message);
     EXPECT_EQ(std::ranges::count(out.err, '\n'), 1) << out.err;
   }
   // The bag is not replaced by an answer about it.

@@ -72,7 +72,7 @@ TEST_F(CliBoard, PaperPicksTheLargestBoardAndWritesItsTarget) {
       const std::string png = path(name + "-" + paper + ".png");
       const Outcome made = run("board " + yaml + " --dpi 50.8 --paper " + paper + " --out " + png);
       ASSERT_EQ(made.exit_code, 0) << made.err;
-      EXPECT_NE(made.err.find(name + "-" + paper + ".yaml: the target to use"), std::string::npos);
+      EXPECT_HAS(made.err, name + "-" + paper + ".yaml: the target to use");
       const Board board = read_target(root() / (name + "-" + paper + ".yaml"));
       const double half_mm = leading_size(board) * 2000;
       EXPECT_NEAR(half_mm, std::round(half_mm), 1e-9);
@@ -99,7 +99,7 @@ TEST_F(CliBoard, PaperPicksTheLargestBoardAndWritesItsTarget) {
       run("board " + target("grid") + " --paper a4 --landscape --out " + path("l.svg")).exit_code,
       0);
   EXPECT_LT(leading_size(read_target(root() / "l.yaml")), landscape);
-  EXPECT_NE(slurp(root() / "l.svg").find("width=\"297.0000mm\""), std::string::npos);
+  EXPECT_HAS(slurp(root() / "l.svg"), "width=\"297.0000mm\"");
 }
 
 TEST_F(CliBoard, PdfsAreTrueToScale) {
@@ -122,11 +122,10 @@ TEST_F(CliBoard, TilesCoverTheBoard) {
   const Outcome made = run("board " + target("grid") + " --tile a4 --out " + path("tiles.pdf"));
   ASSERT_EQ(made.exit_code, 0) << made.err;
   // 748 x 776 mm on pages that each add 176 x 263 mm.
-  EXPECT_NE(made.err.find("15 pages of a4"), std::string::npos) << made.err;
+  EXPECT_HAS(made.err, "15 pages of a4");
   EXPECT_EQ(count(slurp(root() / "tiles.pdf"), "/MediaBox"), 15U);
-  EXPECT_NE(run("board " + target("tags") + " --tile a3 --out " + path("tiles.pdf"))
-                .err.find("in 1 page of a3"),
-            std::string::npos);
+  EXPECT_HAS(run("board " + target("tags") + " --tile a3 --out " + path("tiles.pdf")).err,
+             "in 1 page of a3");
 }
 
 // The squares of a printed checkerboard, as OpenCV finds them.
@@ -134,8 +133,7 @@ TEST_F(CliBoard, SquaresAreTrueToScale) {
   const std::string png = path("squares.png");
   const Outcome made = run("board " + target("checker") + " --dpi 127 --out " + png);
   ASSERT_EQ(made.exit_code, 0) << made.err;
-  EXPECT_NE(made.err.find("9 x 6 squares of 30 mm on 300 x 235 mm, fits a3"), std::string::npos)
-      << made.err;
+  EXPECT_HAS(made.err, "9 x 6 squares of 30 mm on 300 x 235 mm, fits a3");
   const Image8 picture = read_image(png);
   const cv::Mat mat(picture.height(), picture.width(), CV_8U,
                     const_cast<std::uint8_t*>(picture.row(0)));
@@ -160,18 +158,17 @@ TEST_F(CliBoard, NamesOfFilesMayBeAnything) {
     }
     const std::string svg = slurp(root() / "named.svg");
     const bool utf8 = name.starts_with("\xC3");
-    EXPECT_NE(
-        svg.find(utf8 ? "<title>\xC3\x9C ber.yaml<" : "<title>b\xEF\xBF\xBDr&lt;&amp;&gt;.yaml<"),
-        std::string::npos);
+    EXPECT_HAS(svg,
+               utf8 ? "<title>\xC3\x9C ber.yaml<" : "<title>b\xEF\xBF\xBDr&lt;&amp;&gt;.yaml<");
   }
 }
 
 TEST_F(CliBoard, WarnsWherePaperIsTooSmall) {
   const Outcome large = run("board " + target("grid") + " --out " + path("large.svg"));
   EXPECT_EQ(large.exit_code, 0);
-  EXPECT_NE(large.err.find("warning: 748 x 776 mm fit on no common paper"), std::string::npos);
+  EXPECT_HAS(large.err, "warning: 748 x 776 mm fit on no common paper");
   const std::string svg = slurp(root() / "large.svg");
-  EXPECT_NE(svg.find("width=\"748.0000mm\""), std::string::npos);
+  EXPECT_HAS(svg, "width=\"748.0000mm\"");
 }
 
 TEST_F(CliBoard, WhatPaperOrPixelsCannotShowIsRefused) {

@@ -16,8 +16,8 @@ TEST_F(Cli, AutoExplainsEveryStep) {
   const Outcome text = run(set + " --verbose");
   ASSERT_EQ(text.exit_code, 0) << text.out << text.err;
   EXPECT_TRUE(text.out.starts_with("OK, 1 warning: radial1 (chosen), ")) << text.out;
-  EXPECT_NE(text.out.find("+ radial1 "), std::string::npos) << text.out;
-  EXPECT_NE(text.out.find("- opencv8 "), std::string::npos);
+  EXPECT_HAS(text.out, "+ radial1 ");
+  EXPECT_HAS(text.out, "- opencv8 ");
   const Json json = Json::parse(run(set + " --json --advise").out);
   ASSERT_EQ(json["steps"].size(), 10u);
   EXPECT_EQ(json["steps"][0]["model"], "weak");
@@ -74,7 +74,7 @@ TEST_F(Cli, WeakIsAnAnswerWhereItIsAskedFor) {
   EXPECT_TRUE(json["camera"]["fx"].is_null());
   EXPECT_TRUE(json["sigma"]["fy"].is_null());
   EXPECT_EQ(json["camera"]["cx"], 319.5);
-  EXPECT_NE(json["warnings"].back().get<std::string>().find("show perspective"), std::string::npos);
+  EXPECT_HAS(json["warnings"].back().get<std::string>(), "show perspective");
   ASSERT_EQ(json["views"].size(), 6u);
   for (const Json& view : json["views"]) {
     EXPECT_NEAR(view["scale_px_per_m"].get<double>(), 1000, 250);  // f 520 px at 0.45 to 0.6 m
@@ -85,11 +85,11 @@ TEST_F(Cli, WeakIsAnAnswerWhereItIsAskedFor) {
     EXPECT_TRUE(view["covariance"][5][5].is_null());
   }
   const std::string file = slurp(path("weak.yaml"));
-  EXPECT_EQ(file.find("camera_matrix"), std::string::npos);
-  EXPECT_NE(file.find("model: \"weak\""), std::string::npos);
-  EXPECT_NE(file.find("     scale_px_per_m: "), std::string::npos);
-  EXPECT_NE(file.find("     mirrored_rotation: ["), std::string::npos);
-  EXPECT_NE(run(set).out.find("each view its own"), std::string::npos);
+  EXPECT_LACKS(file, "camera_matrix");
+  EXPECT_HAS(file, "model: \"weak\"");
+  EXPECT_HAS(file, "     scale_px_per_m: ");
+  EXPECT_HAS(file, "     mirrored_rotation: [");
+  EXPECT_HAS(run(set).out, "each view its own");
   expect_bad_input("diff " + path("weak.yaml") + " " + path("weak.yaml"),
                    {"weak.yaml: model", "weak"});
   expect_bad_input(set + " --board-warp", {"--board-warp", "weak"});
@@ -135,8 +135,8 @@ TEST_F(Cli, RejectedCornersAreListed) {
         std::string("  003.png: 2 corners, tag 2 corner "),
         std::string("  004.png: tag 7 corner 3 (2"),
         std::string("001.png: rejected, its tags are")})
-    EXPECT_NE(outcome.out.find(line), std::string::npos) << line << "\n" << outcome.out;
-  EXPECT_EQ(outcome.out.find("  000.png: "), std::string::npos) << outcome.out;
+    EXPECT_HAS(outcome.out, line);
+  EXPECT_LACKS(outcome.out, "  000.png: ");
   const Json json = Json::parse(run(set + " --json").out);
   EXPECT_EQ(json["num_outliers"], num_wrong);
   ASSERT_EQ(json["outliers"].size(), num_wrong);
@@ -156,13 +156,13 @@ TEST_F(Cli, DrawsTheUncertainty) {
   ASSERT_EQ(run(set + path("u.svg")).exit_code, 0);
   const std::string svg = slurp(path("u.svg"));
   EXPECT_TRUE(svg.starts_with("<svg "));
-  EXPECT_NE(svg.find("at infinity"), std::string::npos);
-  EXPECT_NE(svg.find("stroke-dasharray"), std::string::npos);
+  EXPECT_HAS(svg, "at infinity");
+  EXPECT_HAS(svg, "stroke-dasharray");
   ASSERT_EQ(run(set + path("u.png")).exit_code, 0);
   EXPECT_EQ(slurp(path("u.png")).substr(1, 3), "PNG");
   const Json json = Json::parse(run(set + path("u.svg") + " --distance 3 --json").out);
   EXPECT_EQ(json["projection"][1]["distance_m"], 3);
-  EXPECT_NE(slurp(path("u.svg")).find("at 3 m"), std::string::npos);
+  EXPECT_HAS(slurp(path("u.svg")), "at 3 m");
   expect_bad_input("calibrate " + path("set") + " --model weak --uncertainty " + path("u.svg"),
                    {"--uncertainty", "weak"});
   expect_bad_input(set + path("u.jpg"), {"u.jpg", ".svg or .png"});
@@ -186,8 +186,8 @@ TEST_F(Cli, DiffOfACalibrationWithItselfIsNothing) {
     EXPECT_EQ(d["difference_px"].size(), 13u);
     EXPECT_EQ(d["difference_px"][0].size(), 21u);
   }
-  EXPECT_NE(run("diff " + a + " " + b).out.find("at infinity"), std::string::npos);
-  EXPECT_NE(run("diff " + a + " " + a).out.find("both have the same lens"), std::string::npos);
+  EXPECT_HAS(run("diff " + a + " " + b).out, "at infinity");
+  EXPECT_HAS(run("diff " + a + " " + a).out, "both have the same lens");
   // With a limit it is a check.
   EXPECT_EQ(run("diff " + a + " " + b + " --limit 1e-9").exit_code, 1);
   EXPECT_EQ(run("diff " + a + " " + a + " --limit 1e-9").exit_code, 3);
@@ -262,9 +262,9 @@ TEST_F(Cli, TheBoardIsReportedInMillimetres) {
   const std::string line = "\nboard      bent by ";
   EXPECT_EQ(run(set).out.find(line) != std::string::npos, is_shown);
   const std::string text = run(set + " --board-warp").out;
-  EXPECT_NE(text.find(line), std::string::npos) << text;
+  EXPECT_HAS(text, line);
   for (const char* term : {" mm along x, ", " mm along y, ", "twisted by ", "longer along y by "})
-    EXPECT_NE(text.find(term), std::string::npos) << text;
+    EXPECT_HAS(text, term);
 }
 
 }  // namespace

@@ -26,11 +26,11 @@ TEST_F(Cli, chartWritesTablesAndPictures) {
   EXPECT_TRUE(
       files.at("chart.csv")
           .starts_with("job,method,panel,time_us,rms,rms_over_bound,failures,trials\nfocal,"));
-  EXPECT_NE(files.at("chart.md").find("tagcal chart focal --trials 2 --seed 1"), std::string::npos);
-  EXPECT_NE(files.at("chart.md").find(". 2 trials a panel, seed 1;"), std::string::npos);
+  EXPECT_HAS(files.at("chart.md"), "tagcal chart focal --trials 2 --seed 1");
+  EXPECT_HAS(files.at("chart.md"), ". 2 trials a panel, seed 1;");
   EXPECT_TRUE(files.contains("trials.csv"));
   EXPECT_TRUE(files.at("chart.png").starts_with("\x89PNG"));
-  EXPECT_NE(files.at("chart.svg").find("<svg"), std::string::npos);
+  EXPECT_HAS(files.at("chart.svg"), "<svg");
   EXPECT_EQ(files.size(), 9u);  // three pages
 }
 

@@ -49,7 +49,7 @@ TEST_F(CheckCli, AnotherCameraEndsWithOne) {
   const Outcome outcome = run("check " + kDesk + " --camera " + foreign(850));
   EXPECT_EQ(outcome.exit_code, 1) << outcome.out << outcome.err;
   EXPECT_TRUE(outcome.out.starts_with("CHANGED: ")) << outcome.out;
-  EXPECT_NE(outcome.out.find("taken as exact"), std::string::npos) << outcome.out;
+  EXPECT_HAS(outcome.out, "taken as exact");
 }
 
 TEST_F(CheckCli, BadInputIsOneLine) {
@@ -80,10 +80,10 @@ TEST_F(CheckCli, DiffSaysWhyASmallDifferenceShows) {
   const Outcome outcome =
       run("diff " + file("k1.yaml", -0.1) + " " + file("other-k1.yaml", -0.101) + " --limit 1");
   EXPECT_EQ(outcome.exit_code, 1) << outcome.out << outcome.err;
-  EXPECT_NE(outcome.out.find("CHANGED: 0.0"), std::string::npos) << outcome.out;
+  EXPECT_HAS(outcome.out, "CHANGED: 0.0");
   std::string words = outcome.out;
   std::ranges::replace(words, '\n', ' ');
-  EXPECT_NE(words.find("of which they explain less"), std::string::npos) << outcome.out;
+  EXPECT_HAS(words, "of which they explain less");
 }
 
 }  // namespace

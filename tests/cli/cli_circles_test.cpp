@@ -11,16 +11,15 @@ TEST_F(Cli, CirclesCalibrateWithinTheirClaims) {
   ASSERT_EQ(run("render " + kCircles + " --out " + set).exit_code, 0);
   const Outcome detected = run("detect " + set + " --out " + path("circles.csv"));
   ASSERT_EQ(detected.exit_code, 0) << detected.err;
-  EXPECT_NE(detected.out.find("12 of 12 pictures show the target: 528 corners"), std::string::npos)
-      << detected.out;
+  EXPECT_HAS(detected.out, "12 of 12 pictures show the target: 528 corners");
   const std::string corners = " --observations " + path("circles.csv");
   for (const std::string refined : {"", " --refine-corners"}) {
     const Outcome calibrated = run("calibrate " + set + corners + refined + " --out " + camera);
     ASSERT_EQ(calibrated.exit_code, 0) << calibrated.err;
-    EXPECT_EQ(calibrated.err.find("not refined"), std::string::npos) << calibrated.err;
+    EXPECT_LACKS(calibrated.err, "not refined");
     const Outcome truth = run("validate " + camera + " --dataset " + set + corners + " --truth");
     EXPECT_EQ(truth.exit_code, 0) << truth.out;
-    EXPECT_NE(truth.out.find("truth: no parameter beyond 5 sd"), std::string::npos) << truth.out;
+    EXPECT_HAS(truth.out, "truth: no parameter beyond 5 sd");
   }
 }
 
@@ -39,7 +38,7 @@ TEST_F(Cli, CirclesThatBoardPrintsAreFound) {
     const Outcome found =
         run("detect --target " + printed + " " + sheet + " --out " + path("n.csv"));
     EXPECT_EQ(found.exit_code, 0) << found.err;
-    EXPECT_NE(found.out.find("1 of 1 picture"), std::string::npos) << found.out << found.err;
+    EXPECT_HAS(found.out, "1 of 1 picture") << found.err;
   }
 }
 
@@ -54,7 +53,7 @@ TEST_F(Cli, CirclesConvertToOpenCvsListOfPoints) {
                            path("two.yaml") + " --to opencv");
   ASSERT_EQ(made.exit_code, 0) << made.err;
   const std::string text = slurp(root() / "two.yml");
-  EXPECT_NE(text.find("data: [ 10, 20, 30, 20, 10, 40, 30, 40 ]"), std::string::npos) << text;
+  EXPECT_HAS(text, "data: [ 10, 20, 30, 20, 10, 40, 30, 40 ]");
 }
 
 }  // namespace

@@ -28,16 +28,15 @@ TEST_F(ConvertModel, ADoubleSphereBecomesAFisheye) {
   const Outcome outcome =
       run(convert("ds.yaml", "kb.yaml", "--model fisheye4 --picture " + path("d.svg")));
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_NE(outcome.out.find("model fisheye4 for the double sphere lens"), std::string::npos)
-      << outcome.out;
-  EXPECT_NE(outcome.out.find("  whole image         0.000"), std::string::npos) << outcome.out;
-  EXPECT_EQ(outcome.out.find("+-"), std::string::npos);  // nothing is known about the source
+  EXPECT_HAS(outcome.out, "model fisheye4 for the double sphere lens");
+  EXPECT_HAS(outcome.out, "  whole image         0.000");
+  EXPECT_LACKS(outcome.out, "+-");  // nothing is known about the source
   const std::string file = slurp(root() / "kb.yaml");
-  EXPECT_NE(file.find("model: \"fisheye4\""), std::string::npos) << file;
-  EXPECT_EQ(file.find("covariance"), std::string::npos);
+  EXPECT_HAS(file, "model: \"fisheye4\"");
+  EXPECT_LACKS(file, "covariance");
   const std::string svg = slurp(root() / "d.svg");
-  EXPECT_NE(svg.find("difference of model fisheye4 from the lens, pixels"), std::string::npos);
-  EXPECT_NE(svg.find(">0.01 px<"), std::string::npos);  // of the scale
+  EXPECT_HAS(svg, "difference of model fisheye4 from the lens, pixels");
+  EXPECT_HAS(svg, ">0.01 px<");  // of the scale
   EXPECT_EQ(
       run(convert("ds.yaml", "kb.yaml", "--model fisheye4 --picture " + path("d.png"))).exit_code,
       0);
@@ -47,14 +46,14 @@ TEST_F(ConvertModel, ADoubleSphereBecomesAFisheye) {
 // Through the formats that have it, and back.
 TEST_F(ConvertModel, ADoubleSphereIsKept) {
   ASSERT_EQ(run(convert("ds.yaml", "ours.yaml", "")).exit_code, 0);
-  EXPECT_NE(slurp(root() / "ours.yaml").find("model: \"ds\""), std::string::npos);
+  EXPECT_HAS(slurp(root() / "ours.yaml"), "model: \"ds\"");
   const std::string there = "convert " + path("ours.yaml") + " ";
   ASSERT_EQ(run(there + path("b.json") + " --to basalt").exit_code, 0);
-  EXPECT_NE(slurp(root() / "b.json").find("\"camera_type\": \"ds\""), std::string::npos);
+  EXPECT_HAS(slurp(root() / "b.json"), "\"camera_type\": \"ds\"");
   ASSERT_EQ(run("convert " + path("b.json") + " " + path("k.yaml") + " --to kalibr").exit_code, 0);
   const Outcome same = run("diff " + path("k.yaml") + " " + path("ds.yaml"));
   EXPECT_EQ(same.exit_code, 0) << same.err;
-  EXPECT_NE(slurp(root() / "k.yaml").find("intrinsics: [-0.1721308603435324"), std::string::npos);
+  EXPECT_HAS(slurp(root() / "k.yaml"), "intrinsics: [-0.1721308603435324");
 }
 
 TEST_F(ConvertModel, ALensThatTheModelDoesNotDescribeIsAFailedCheck) {
@@ -62,7 +61,7 @@ TEST_F(ConvertModel, ALensThatTheModelDoesNotDescribeIsAFailedCheck) {
   const Outcome outcome =
       run(convert("ds.yaml", "five.yaml", "--model opencv5 --picture " + path("five.svg")));
   EXPECT_EQ(outcome.exit_code, 1);
-  EXPECT_NE(outcome.err.find("model opencv5 has no projection for "), std::string::npos);
+  EXPECT_HAS(outcome.err, "model opencv5 has no projection for ");
   EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
   EXPECT_FALSE(fs::exists(root() / "five.yaml"));
   EXPECT_TRUE(fs::exists(root() / "five.svg"));
@@ -76,15 +75,14 @@ TEST_F(ConvertModel, ACalibrationKeepsItsStandardDeviations) {
       0);
   const Outcome wide = run(convert("radial1.yaml", "larger.yaml", "--model opencv4"));
   ASSERT_EQ(wide.exit_code, 0) << wide.err;
-  EXPECT_NE(wide.out.find("model opencv4 for the lens of model radial1"), std::string::npos);
-  EXPECT_NE(wide.out.find("  where corners were  "), std::string::npos);
-  EXPECT_NE(wide.out.find(" +- "), std::string::npos);
+  EXPECT_HAS(wide.out, "model opencv4 for the lens of model radial1");
+  EXPECT_HAS(wide.out, "  where corners were  ");
+  EXPECT_HAS(wide.out, " +- ");
   // The file is a calibration like any other.
   EXPECT_EQ(run("diff " + path("radial1.yaml") + " " + path("larger.yaml")).exit_code, 0);
   const Outcome small = run(convert("radial1.yaml", "small.yaml", "--model f+c"));
   EXPECT_EQ(small.exit_code, 1);
-  EXPECT_NE(small.err.find("over the part of the image that had corners, more than 0.1 px"),
-            std::string::npos);
+  EXPECT_HAS(small.err, "over the part of the image that had corners, more than 0.1 px");
   EXPECT_EQ(
       run(convert("radial1.yaml", "small.yaml", "--model f+c --max-difference-px 100")).exit_code,
       0);

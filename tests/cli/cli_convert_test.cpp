@@ -20,7 +20,7 @@ TEST_F(ConvertCli, EveryCameraOptionTakesEveryFormat) {
         run("convert " + path("set/truth.yaml") + " " + out + " --to " + format);
     EXPECT_EQ(written.exit_code, 0) << written.err;
     EXPECT_EQ(written.out, "");
-    EXPECT_NE(written.err.find("wrote " + out), std::string::npos) << written.err;
+    EXPECT_HAS(written.err, "wrote " + out);
     const Json a = Json::parse(known_truth.out)["views"];
     const Json b = views_of(set() + exact() + " --camera " + out);
     ASSERT_EQ(a.size(), b.size());
@@ -57,7 +57,7 @@ TEST_F(ConvertCli, PosesOfPoseGoOut) {
   const Outcome refused =
       run("convert " + path("set/truth.yaml") + " " + path("sparse") + " --to colmap");
   EXPECT_EQ(refused.exit_code, 2);
-  EXPECT_NE(refused.err.find("holds the points of a model"), std::string::npos) << refused.err;
+  EXPECT_HAS(refused.err, "holds the points of a model");
   EXPECT_TRUE(fs::exists(path("sparse/images.txt")));
   EXPECT_TRUE(fs::exists(path("sparse/points3D.txt")));
 }
@@ -68,7 +68,7 @@ TEST_F(ConvertCli, NotesSayWhatChanges) {
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   for (const char* const part : {"dropped: optimization_inputs", "dropped: valid_intrinsics_region",
                                  "cx and cy became 0.5 larger", "dropped: the place of the camera"})
-    EXPECT_NE(outcome.err.find(part), std::string::npos) << part << "\n" << outcome.err;
+    EXPECT_HAS(outcome.err, part);
 }
 
 TEST_F(ConvertCli, WrongFilesAndOptions) {
@@ -128,15 +128,13 @@ TEST_F(ConvertCli, CamerasOfPartsAndScaledPictures) {
   EXPECT_NEAR(after[2], (before[2] - 40 + 0.5) / 2 - 0.5, 1e-9);
   EXPECT_NEAR(after[3], (before[3] - 20 + 0.5) / 2 - 0.5, 1e-9);
   EXPECT_EQ(after[4], before[4]);
-  EXPECT_EQ(written.err.find("--resize: "), std::string::npos) << written.err;
+  EXPECT_LACKS(written.err, "--resize: ");
   const std::string convert = "convert " + truth + " " + path("o.yaml") + " --to tagcal ";
   // A scale that is equal but for the rounding of the sides, and one of another aspect ratio.
-  EXPECT_EQ(run(convert + "--resize 213x133").err.find("--resize: "), std::string::npos);
+  EXPECT_LACKS(run(convert + "--resize 213x133").err, "--resize: ");
   const Outcome squeezed = run(convert + "--resize 320x240");
   EXPECT_EQ(squeezed.exit_code, 0) << squeezed.err;
-  EXPECT_NE(squeezed.err.find("--resize: 640x400 to 320x240 scales x by 0.5 and y by 0.6"),
-            std::string::npos)
-      << squeezed.err;
+  EXPECT_HAS(squeezed.err, "--resize: 640x400 to 320x240 scales x by 0.5 and y by 0.6");
   expect_bad_input(convert + "--resize 640", {"--resize", "WIDTHxHEIGHT"});
   expect_bad_input(convert + "--crop 640x480", {"--crop", "X,Y,WIDTHxHEIGHT"});
   expect_bad_input(convert + "--crop -1,0,64x48", {"--crop: -1,0,64x48 is not inside the image"});

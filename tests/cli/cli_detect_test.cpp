@@ -45,11 +45,11 @@ TEST_F(Cli, ExplainNamesTheMistakeOnStderr) {
       run("detect --target " + path("set/target.yaml") + " " + picture + " --explain");
   ASSERT_EQ(good.exit_code, 0) << good.err;
   EXPECT_EQ(good.out, run("detect --target " + path("set/target.yaml") + " " + picture).out);
-  EXPECT_NE(good.err.find("four-sided shapes"), std::string::npos) << good.err;
-  EXPECT_EQ(good.err.find("wrong"), std::string::npos) << good.err;
+  EXPECT_HAS(good.err, "four-sided shapes");
+  EXPECT_LACKS(good.err, "wrong");
   const Outcome bad = run("detect --target " + path("kalibr.yaml") + " " + picture + " --explain");
   EXPECT_EQ(bad.exit_code, 0);
-  EXPECT_NE(bad.err.find("wrong border: "), std::string::npos) << bad.err;
+  EXPECT_HAS(bad.err, "wrong border: ");
   // It does not advise the option that was given, or to search for what it has named.
   write_png(root() / "grey.png", Image8({640, 400}, 128));
   const std::string grey = "detect --target " + path("set/target.yaml") + " " + path("grey.png");
@@ -86,17 +86,13 @@ TEST_F(Cli, DetectSaysFirstWhatWasFound) {
   const Outcome none = run(target + path("mixed") + " --out " + path("none.csv"));
   EXPECT_EQ(none.exit_code, 0);
   EXPECT_TRUE(none.out.starts_with("NOTHING FOUND: the target is in none of 4 pictures\n"));
-  EXPECT_NE(none.err.find("x0.png: no tag of the boards found; and 3 more like it: x1.png, x2.png"),
-            std::string::npos)
-      << none.err;
+  EXPECT_HAS(none.err, "x0.png: no tag of the boards found; and 3 more like it: x1.png, x2.png");
 
   fs::copy_file(root() / "set/images/000.png", root() / "mixed/a.png");
   const Outcome partly = run(target + path("mixed") + " --verbose --out " + path("part.csv"));
   EXPECT_TRUE(partly.out.starts_with("PARTLY: 1 of 5 pictures shows the target: ")) << partly.out;
-  EXPECT_NE(partly.out.find("nothing    x0.png, x1.png, x2.png and 1 more\n"), std::string::npos)
-      << partly.out;
-  EXPECT_NE(partly.out.find("\n  a.png   12 of 12 tags, 48 corners\n"), std::string::npos)
-      << partly.out;
+  EXPECT_HAS(partly.out, "nothing    x0.png, x1.png, x2.png and 1 more\n");
+  EXPECT_HAS(partly.out, "\n  a.png   12 of 12 tags, 48 corners\n");
   EXPECT_EQ(partly.out.find('\033'), std::string::npos);
 }
 
@@ -111,8 +107,8 @@ TEST_F(Cli, DamagedPicturesAreLeftOutOfASearchForAFamily) {
   const Outcome outcome = run(all + " --draw " + path("damaged-drawn"));
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_EQ(outcome.out, run(search + path("damaged/a.png") + " " + path("damaged/c.png")).out);
-  EXPECT_NE(outcome.err.find("b.png"), std::string::npos) << outcome.err;
-  EXPECT_NE(outcome.err.find("the picture is left out"), std::string::npos) << outcome.err;
+  EXPECT_HAS(outcome.err, "b.png");
+  EXPECT_HAS(outcome.err, "the picture is left out");
   EXPECT_EQ(bytes_of(root() / "damaged-drawn").size(), 2u);
   expect_bad_input(all + " --strict", {"b.png"});
   expect_bad_input(search + path("damaged/b.png"), {"b.png"});

@@ -60,7 +60,7 @@ TEST_F(Field, TheCameraIsWhereTheRobotIs) {
                                 " --camera-error-px 0.01";
   const Outcome outcome = run(arguments + " --json");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_NE(outcome.err.find("0.1651 m is taken"), std::string::npos) << outcome.err;
+  EXPECT_HAS(outcome.err, "0.1651 m is taken");
   const Json views = Json::parse(outcome.out)["views"];
   const Truth truth = read_truth(root() / "field/truth.yaml");
   ASSERT_EQ(views.size(), 2u);
@@ -84,10 +84,10 @@ TEST_F(Field, TheCameraIsWhereTheRobotIs) {
   // A size that is stated needs no warning.
   const Outcome stated = run(arguments + " --tag-size 0.1651 --json");
   EXPECT_EQ(stated.out, outcome.out);
-  EXPECT_EQ(stated.err.find("0.1651 m is taken"), std::string::npos) << stated.err;
+  EXPECT_LACKS(stated.err, "0.1651 m is taken");
   const Outcome text = run(arguments);
-  EXPECT_NE(text.out.find("camera at"), std::string::npos);
-  EXPECT_NE(text.out.find("az., el., roll"), std::string::npos);
+  EXPECT_HAS(text.out, "camera at");
+  EXPECT_HAS(text.out, "az., el., roll");
 }
 
 TEST_F(Field, TagSizesBelongToFieldLayouts) {
@@ -100,9 +100,7 @@ TEST_F(Field, TagSizesBelongToFieldLayouts) {
 TEST_F(Field, TagsAreDetectedWithoutATarget) {
   const Outcome outcome = run("detect --family tag36h11 " + pictures());
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_NE(outcome.err.find("OK: 2 of 2 pictures show a tag of tag36h11: 6 tags"),
-            std::string::npos)
-      << outcome.err;
+  EXPECT_HAS(outcome.err, "OK: 2 of 2 pictures show a tag of tag36h11: 6 tags");
   const auto rows = rows_of(outcome.out);
   ASSERT_EQ(rows.size(), 1u + 2 * 3 * 4);
   EXPECT_EQ(rows[0].back(), "instance");
@@ -150,8 +148,7 @@ TEST_F(Field, MistakesWithoutATarget) {
   expect_bad_input("detect --border-bits 1 " + path("set"), {"--border-bits"});
   const Outcome none = run("detect --family tagStandard52h13" + picture);
   EXPECT_EQ(none.exit_code, 0);
-  EXPECT_NE(none.err.find("NOTHING FOUND: a tag of tagStandard52h13"), std::string::npos)
-      << none.err;
+  EXPECT_HAS(none.err, "NOTHING FOUND: a tag of tagStandard52h13");
 }
 
 }  // namespace

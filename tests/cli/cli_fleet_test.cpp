@@ -138,9 +138,9 @@ TEST_F(CliFleet, JudgesByLimits) {
   EXPECT_EQ(json_of(command)["worst"][0], "odd");
   spill(root() / "limits.yaml", "parameters: {cx: [300, 330]}\n");
   EXPECT_EQ(run(command).exit_code, 1);
-  EXPECT_NE(run(command).out.find("1 out_of_limits: odd cx 33"), std::string::npos);
+  EXPECT_HAS(run(command).out, "1 out_of_limits: odd cx 33");
   spill(root() / "limits.yaml", "displacement_px: 15\n");
-  EXPECT_NE(run(command).out.find("1 out_of_limits: odd displacement_px"), std::string::npos);
+  EXPECT_HAS(run(command).out, "1 out_of_limits: odd displacement_px");
   for (const auto& [text, part] :
        {std::pair("parameters: {fz: [1, 2]}\n", "fz is no parameter of these units (f, cx, cy)"),
         std::pair("parameters: {f: [2, 1]}\n", "must not be above the second"),
@@ -162,8 +162,7 @@ TEST_F(CliFleet, FindsTheSerialThatDrifts) {
           0.001 * random.normal());
   const Outcome outcome = run(command);
   EXPECT_EQ(outcome.exit_code, 1);
-  EXPECT_NE(outcome.out.find("; 1 drifted: old5_2026-06-01 f +4."), std::string::npos)
-      << outcome.out;
+  EXPECT_HAS(outcome.out, "; 1 drifted: old5_2026-06-01 f +4.");
   const Json fleet = json_of(command);
   EXPECT_EQ(fleet["drifts"].size(), 12u);
   EXPECT_EQ(unit(fleet, "old5_2026-05-01")["verdict"], "earlier");
@@ -213,10 +212,9 @@ TEST_F(CliFleet, ListsWhatItDoesNotJudge) {
       0);
   const Outcome outcome = run(command);
   EXPECT_EQ(outcome.exit_code, 1) << outcome.err;  // the damaged summary
-  EXPECT_NE(outcome.err.find("warning: no calibration: "), std::string::npos) << outcome.err;
-  EXPECT_NE(outcome.err.find("2 calibrations of twin have the date 2026-01-02"), std::string::npos)
-      << outcome.err;
-  EXPECT_NE(outcome.out.find("; 4 not judged"), std::string::npos) << outcome.out;
+  EXPECT_HAS(outcome.err, "warning: no calibration: ");
+  EXPECT_HAS(outcome.err, "2 calibrations of twin have the date 2026-01-02");
+  EXPECT_HAS(outcome.out, "; 4 not judged");
   const Json fleet = json_of(command);
   EXPECT_EQ(unit(fleet, "foreign")["reason"], "has no covariance");
   EXPECT_EQ(unit(fleet, "gone")["reason"], "gone.yaml is missing");
@@ -229,10 +227,8 @@ TEST_F(CliFleet, ComparesModelsAndSizesApartAndSaysSo) {
   put("mixed", "small", 0, 0, 0, [](Json& summary) { summary["unit"]["image_size"] = {320, 200}; });
   put("mixed", "other", 0, 0, 0, [](Json& summary) { summary["made_by"] = "tagcal 0 --model f"; });
   const Outcome outcome = run(command);
-  EXPECT_NE(outcome.err.find("compared apart: f+c 640x400 (51), f+c 320x200 (1)"),
-            std::string::npos)
-      << outcome.err;
-  EXPECT_NE(outcome.err.find("made with 2 different options or versions"), std::string::npos);
+  EXPECT_HAS(outcome.err, "compared apart: f+c 640x400 (51), f+c 320x200 (1)");
+  EXPECT_HAS(outcome.err, "made with 2 different options or versions");
   EXPECT_EQ(json_of(command)["groups"].size(), 2u);
 }
 

@@ -37,8 +37,7 @@ TEST_F(CliHandeye, ThePageHasTheNumbersOfTerminalAndJson) {
     for (const Json& text : place["texts"]) texts.push_back(text);
   }
   EXPECT_EQ(texts.size(), 4 + 2 * 7u);
-  for (const std::string& text : texts)
-    EXPECT_NE(terminal.find(text), std::string::npos) << text << "\n" << out.out;
+  for (const std::string& text : texts) EXPECT_HAS(terminal, text);
   for (const char* const key : {"mount_from_camera", "holder_from_board"})
     expect_same_pose(page[key], answer[key]);
   expect_same_pose(page["next_hand"], answer["next"]["base_from_hand"]);
@@ -62,7 +61,7 @@ TEST_F(CliHandeye, ThePageHasTheNumbersOfTerminalAndJson) {
       EXPECT_NEAR(pose[key].get<double>(), view[key].get<double>(), 1e-5 * view[key].get<double>());
     const std::string line = line_of(pose["texts"]);
     if (view["score"].get<double>() > 1.15) {  // the worst
-      EXPECT_NE(terminal.find(line), std::string::npos) << line << "\n" << out.out;
+      EXPECT_HAS(terminal, line);
     }
   }
 
@@ -74,9 +73,7 @@ TEST_F(CliHandeye, ThePageHasTheNumbersOfTerminalAndJson) {
   EXPECT_TRUE(command.starts_with("ros2 run tf2_ros")) << command;
   EXPECT_EQ(slurp(root() / "tf.yaml").find(command), 2u);
   EXPECT_EQ(page["boards"].size(), 1u);
-  EXPECT_NE(page["inputs"].dump().find("12 pictures, 12 with the board, 11 used, 1 rejected"),
-            std::string::npos)
-      << page["inputs"];
+  EXPECT_HAS(page["inputs"].dump(), "12 pictures, 12 with the board, 11 used, 1 rejected");
 }
 
 // A refusal has the robot's poses as they were given, and nothing of camera and board.
@@ -119,14 +116,14 @@ TEST_F(CliHandeye, ThePageOfAPathHasTheClocks) {
   const Json page = data_of_page(root() / "page.html"),
              answer = Json::parse(handeye(more + " --json").out);
   const std::string clocks = page["robot"]["clocks"];
-  EXPECT_NE(unwrapped(out.out).find("clocks " + clocks), std::string::npos) << clocks << out.out;
+  EXPECT_HAS(unwrapped(out.out), "clocks " + clocks);
   const Json& offset = answer["time_offset"];
   EXPECT_NEAR(std::stod(clocks), 1e3 * offset["offset_s"].get<double>(),
               1e2 * offset["sigma_s"].get<double>());
   EXPECT_EQ(answer["unusable"], Json({"000.png", "011.png"}));
   for (const std::size_t i : {0u, 11u}) EXPECT_EQ(page["poses"][i]["state"], "unusable");
   EXPECT_EQ(page["poses"][1]["state"], "used");
-  EXPECT_NE(page["inputs"].dump().find("10 used, 2 without a pose"), std::string::npos);
+  EXPECT_HAS(page["inputs"].dump(), "10 used, 2 without a pose");
 }
 
 TEST_F(CliHandeye, APageThatCannotBeWrittenIsRefusedBeforeAnyWork) {
@@ -196,9 +193,9 @@ TEST_F(CliHandeyePoses, ThePageOfParallelAxesHasWhatHolds) {
     ASSERT_EQ(page["places"].size(), 2u);
     for (const Json& place : page["places"])
       for (const Json& text : place["texts"])
-        EXPECT_NE(unwrapped(out.out).find(text.get<std::string>()), std::string::npos) << text;
+        EXPECT_HAS(unwrapped(out.out), text.get<std::string>());
     for (const Json& text : {page["robot"]["text"], page["next"]})
-      EXPECT_NE(unwrapped(out.out).find(text.get<std::string>()), std::string::npos) << text;
+      EXPECT_HAS(unwrapped(out.out), text.get<std::string>());
     EXPECT_TRUE(page.contains("next_hand"));
     EXPECT_EQ(page["poses"][0]["state"], "used");
   }

@@ -20,8 +20,8 @@ TEST_F(CliHandeye, FindsTheCameraInTheHand) {
   EXPECT_NEAR(answer["robot_sigma_m"].get<double>(), 0.5e-3, 0.3e-3);
   EXPECT_TRUE(answer.contains("next"));
   const std::string yaml = slurp(root() / "handeye.yaml"), ros = slurp(root() / "tf.yaml");
-  EXPECT_NE(yaml.find("mount_from_camera: {rotation: ["), std::string::npos) << yaml;
-  EXPECT_NE(ros.find("frame_id: hand"), std::string::npos) << ros;
+  EXPECT_HAS(yaml, "mount_from_camera: {rotation: [");
+  EXPECT_HAS(ros, "frame_id: hand");
 }
 
 TEST_F(CliHandeye, PrintsWhatAUserNeeds) {
@@ -29,7 +29,7 @@ TEST_F(CliHandeye, PrintsWhatAUserNeeds) {
   ASSERT_EQ(out.exit_code, 0) << out.err;
   for (const char* const part : {"OK", "camera in the hand", "board in the base", "robot ", "axes ",
                                  "worst ", "next: move the hand to"})
-    EXPECT_NE(out.out.find(part), std::string::npos) << part << "\n" << out.out;
+    EXPECT_HAS(out.out, part);
 }
 
 // A lens that changed moves the camera on the hand, and is no error of the board.
@@ -46,15 +46,15 @@ TEST_F(CliHandeye, WarnsOfACameraThatThePicturesContradict) {
                " --mount hand --json")
         .out;
   };
-  EXPECT_EQ(findings(camera).find("camera_changed"), std::string::npos);
-  EXPECT_NE(findings(changed).find("camera_changed"), std::string::npos) << findings(changed);
+  EXPECT_LACKS(findings(camera), "camera_changed");
+  EXPECT_HAS(findings(changed), "camera_changed");
 }
 
 TEST_F(CliHandeye, NamesTheReadingThatFits) {
   robot_ = replaced(robot_, "x_m,y_m,z_m", "x_mm,y_mm,z_mm");
   const Outcome out = handeye("--out " + path("no.yaml"));
   EXPECT_EQ(out.exit_code, 3);
-  EXPECT_NE(out.out.find("the lengths are metres,"), std::string::npos) << out.out;
+  EXPECT_HAS(out.out, "the lengths are metres,");
   EXPECT_FALSE(fs::exists(root() / "no.yaml"));
 }
 
@@ -72,8 +72,8 @@ TEST_F(CliHandeyePoses, FindTheCameraInTheHand) {
   const Json &t = answer["mount_from_camera"]["translation_m"],
              &same = by_pictures["mount_from_camera"]["translation_m"];
   for (int i = 0; i < 3; ++i) EXPECT_NEAR(t[i].get<double>(), same[i].get<double>(), 0.1e-3);
-  EXPECT_NE(slurp(root() / "handeye.yaml").find("mount_from_camera"), std::string::npos);
-  EXPECT_EQ(handeye_of(poses_).out.find("px"), std::string::npos);
+  EXPECT_HAS(slurp(root() / "handeye.yaml"), "mount_from_camera");
+  EXPECT_LACKS(handeye_of(poses_).out, "px");
 }
 
 TEST_F(CliHandeyePoses, TheirTimesAreThoseOfTheRobot) {
@@ -83,7 +83,7 @@ TEST_F(CliHandeyePoses, TheirTimesAreThoseOfTheRobot) {
   robot_ = std::regex_replace(robot_, std::regex("\n0*(\\d+)\\.png"), "\n$1");
   const Outcome without = handeye_of(poses_, "--json");
   EXPECT_EQ(without.exit_code, 2);
-  EXPECT_NE(without.err.find("give the pictures' times with --times"), std::string::npos);
+  EXPECT_HAS(without.err, "give the pictures' times with --times");
   Json timed = Json::parse(poses_);
   for (Json& view : timed["views"]) view["time_s"] = std::stod(view["image"].get<std::string>());
   const Outcome out = handeye_of(timed.dump(), "--json");
@@ -100,7 +100,7 @@ TEST_F(CliHandeyePoses, RefuseBadInputInOneLine) {
                            const std::string& more = "") {
     const Outcome out = handeye_of(poses, more);
     EXPECT_EQ(out.exit_code, 2) << part << out.out;
-    EXPECT_NE(out.err.find(part), std::string::npos) << out.err;
+    EXPECT_HAS(out.err, part);
     EXPECT_EQ(std::ranges::count(out.err, '\n'), 1) << out.err;
   };
   refuses(poses_, "--camera: ", "--camera " + kDesk + "/truth.yaml");
@@ -166,7 +166,7 @@ TEST_F(CliHandeye, FindsARigInTheHand) {
   for (int i = 0; i < 6; ++i)
     EXPECT_LT(std::abs(step[i]), 4 * std::sqrt(answer["covariance"][i][i].get<double>())) << i;
   EXPECT_LT(step.tail<3>().norm(), 1e-3);
-  EXPECT_EQ(out.out.find("lens_without_covariance"), std::string::npos) << out.out;
+  EXPECT_LACKS(out.out, "lens_without_covariance");
 }
 
 TEST_F(CliHandeye, NoInputIsReplaced) {
@@ -187,14 +187,14 @@ TEST_F(CliHandeye, NeedsACameraForPictures) {
   spill(root() / "robot.csv", robot_);
   const Outcome out = run("handeye " + kDesk + " --robot " + path("robot.csv") + " --mount hand");
   EXPECT_EQ(out.exit_code, 2);
-  EXPECT_NE(out.err.find("--camera: is missing"), std::string::npos) << out.err;
+  EXPECT_HAS(out.err, "--camera: is missing");
 }
 
 TEST_F(CliHandeye, RefusesBadInputInOneLine) {
   const auto refuses = [&](const std::string& part, const std::string& more = "") {
     const Outcome out = handeye(more);
     EXPECT_EQ(out.exit_code, 2) << part << out.out;
-    EXPECT_NE(out.err.find(part), std::string::npos) << out.err;
+    EXPECT_HAS(out.err, part);
     EXPECT_EQ(std::ranges::count(out.err, '\n'), 1) << out.err;
   };
   const std::string good = robot_;

@@ -105,7 +105,7 @@ TEST_F(HistoryCli, TwoAreTooFewAndBadInputIsOneLine) {
     const Outcome outcome = run("history " + rest);
     EXPECT_EQ(outcome.exit_code, 2) << rest;
     EXPECT_EQ(std::ranges::count(outcome.err, '\n'), 1) << outcome.err;
-    EXPECT_NE(outcome.err.find(named), std::string::npos) << outcome.err;
+    EXPECT_HAS(outcome.err, named);
   };
   refused(a, "a.yaml: must be two");
   refused(a + b + path("bare.yaml"), "bare.yaml: has no covariance");

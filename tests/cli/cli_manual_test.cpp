@@ -13,14 +13,14 @@ TEST_F(Cli, AloneItShowsAGuide) {
   for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 100u) << line;
   for (const char* command :
        {"board ", "calibrate ", "watch ", "pose ", "detect ", "reproject ", "diff "})
-    EXPECT_NE(guide.out.find(std::string("tagcal ") + command), std::string::npos) << command;
+    EXPECT_HAS(guide.out, std::string("tagcal ") + command);
 }
 
 TEST_F(Cli, TheVersionNamesTheLibraries) {
   const Outcome version = run("--version");
   EXPECT_EQ(version.exit_code, 0);
   for (const char* library : {"Ceres 2", "OpenCV 4", "Eigen 3", "AprilTag 3"})
-    EXPECT_NE(version.out.find(library), std::string::npos) << version.out;
+    EXPECT_HAS(version.out, library);
 }
 
 constexpr const char* kCommands[] = {
@@ -42,7 +42,7 @@ TEST_F(Cli, HelpFitsATerminal) {
         EXPECT_LE(line.size(), columns == 0 ? 100u : columns) << command << ": " << line;
       EXPECT_LE(count, 40) << command;
       for (const char* const foreign : {"TEXT", "REQUIRED", "Excludes", "Needs"})
-        EXPECT_EQ(help.find(foreign), std::string::npos) << command;
+        EXPECT_LACKS(help, foreign) << command;
     }
 }
 
@@ -53,12 +53,12 @@ TEST_F(Cli, HelpIsInGroups) {
     EXPECT_GT(help.find(group), before) << help;
     before = help.find(group);
   }
-  EXPECT_NE(help.find("\nmore: tagcal calibrate --help-all\n"), std::string::npos) << help;
-  EXPECT_EQ(help.find("--sigma-px"), std::string::npos);
-  EXPECT_NE(all.find("--sigma-px"), std::string::npos) << all;
+  EXPECT_HAS(help, "\nmore: tagcal calibrate --help-all\n");
+  EXPECT_LACKS(help, "--sigma-px");
+  EXPECT_HAS(all, "--sigma-px");
   EXPECT_EQ(run("help calibrate").out, help);
   EXPECT_EQ(run("help").out, run("--help").out);
-  EXPECT_NE(run("--help-all").out.find("--px-per-deg"), std::string::npos);
+  EXPECT_HAS(run("--help-all").out, "--px-per-deg");
   expect_bad_input("help calibrat", {"did you mean calibrate?"});
 }
 
@@ -79,9 +79,9 @@ TEST_F(Cli, TheStudiesHaveTheirOwnHelp) {
   const std::string program = fs::path(TAGCAL_COMMAND).parent_path() / "tagcal-study";
   ASSERT_EQ(std::system((program + " --help >" + out).c_str()), 0);
   const std::string help = slurp(out);
-  EXPECT_NE(help.find("Usage: tagcal-study "), std::string::npos) << help;
-  EXPECT_NE(help.find("Example: tagcal-study "), std::string::npos) << help;
-  EXPECT_NE(run("chart --help").out.find("Usage: tagcal chart "), std::string::npos);
+  EXPECT_HAS(help, "Usage: tagcal-study ");
+  EXPECT_HAS(help, "Example: tagcal-study ");
+  EXPECT_HAS(run("chart --help").out, "Usage: tagcal chart ");
 }
 
 // Each command has a page with all of its long options; each script knows all of them.
@@ -104,20 +104,16 @@ TEST_F(Cli, PagesAndCompletionsHaveAllOptions) {
       std::string dashes = word;
       for (std::size_t at = 0; (at = dashes.find('-', at)) != std::string::npos; at += 2)
         dashes.insert(at, "\\");
-      EXPECT_NE(page.find(dashes), std::string::npos) << command << " " << word;
-      for (const std::string& script : {bash, zsh})
-        EXPECT_NE(script.find(word), std::string::npos) << command << " " << word;
-      EXPECT_NE(fish.find("-l " + word.substr(2) + " "), std::string::npos)
-          << command << " " << word;
+      EXPECT_HAS(page, dashes) << command << " " << word;
+      for (const std::string& script : {bash, zsh}) EXPECT_HAS(script, word) << command;
+      EXPECT_HAS(fish, "-l " + word.substr(2) + " ") << command << " " << word;
     }
   }
-  EXPECT_NE(bash.find("calibrate:--model) COMPREPLY=($(compgen -W 'auto weak f "),
-            std::string::npos);
-  EXPECT_NE(bash.find("rig:--model) "), std::string::npos);
+  EXPECT_HAS(bash, "calibrate:--model) COMPREPLY=($(compgen -W 'auto weak f ");
+  EXPECT_HAS(bash, "rig:--model) ");
   for (const std::string command : {"detect", "pose"})
-    EXPECT_NE(bash.find(command + ":--family) COMPREPLY=($(compgen -W 'tag"), std::string::npos);
-  EXPECT_NE(bash.find("detect:--refinement) COMPREPLY=($(compgen -W 'fit edges stock'"),
-            std::string::npos);
+    EXPECT_HAS(bash, command + ":--family) COMPREPLY=($(compgen -W 'tag");
+  EXPECT_HAS(bash, "detect:--refinement) COMPREPLY=($(compgen -W 'fit edges stock'");
   EXPECT_EQ(
       std::system(("bash -n " + (share / "bash-completion/completions/tagcal").string()).c_str()),
       0);

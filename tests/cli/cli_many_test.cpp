@@ -99,18 +99,18 @@ TEST_F(CliMany, OneBadDataSetHarmsNoOther) {
   ASSERT_EQ(lines.size(), 5u) << table.out;
   EXPECT_TRUE(lines[1].starts_with("nowhere") && lines[1].find("error: ") != std::string::npos);
   EXPECT_TRUE(lines[2].starts_with("a ") && lines[2].find(" ok ") != std::string::npos);
-  EXPECT_NE(lines[3].find("bad/dataset.yaml: image_sizes: "), std::string::npos) << lines[3];
+  EXPECT_HAS(lines[3], "bad/dataset.yaml: image_sizes: ");
   EXPECT_TRUE(lines[4].starts_with("c ") && lines[4].find(" ok ") != std::string::npos);
   EXPECT_EQ(calibrations_of(path("some")).size(), 2u);
   const Json summary = Json::parse(slurp(path("some/summary/bad.json")));
   EXPECT_EQ(summary["unit"]["status"], "error");
-  EXPECT_NE(summary["unit"]["reason"].get<std::string>().find("image_sizes"), std::string::npos);
+  EXPECT_HAS(summary["unit"]["reason"].get<std::string>(), "image_sizes");
   const Outcome json = run(sets + " --model radial1 --json");
   EXPECT_EQ(json.exit_code, 2);
   const Json array = Json::parse(json.out);
   ASSERT_EQ(array.size(), 4u);
   EXPECT_EQ(array[2]["data_set"], "bad");
-  EXPECT_NE(array[2]["error"].get<std::string>().find("image_sizes"), std::string::npos);
+  EXPECT_HAS(array[2]["error"].get<std::string>(), "image_sizes");
   EXPECT_EQ(array[3]["status"], "ok");
 }
 
@@ -124,7 +124,7 @@ TEST_F(CliMany, TheExitCodeIsTheWorst) {
   const std::string sets = "calibrate " + path("a") + " " + path("open");
   const Outcome none = run(sets + " --model opencv8 --sigma-px 0.1 --out " + path("worst"));
   EXPECT_EQ(none.exit_code, 3) << none.out << none.err;
-  EXPECT_NE(none.err.find("of 2 data sets: no answer, no file"), std::string::npos) << none.err;
+  EXPECT_HAS(none.err, "of 2 data sets: no answer, no file");
   EXPECT_FALSE(fs::exists(path("worst/open.yaml")));
   EXPECT_EQ(run(sets + " " + path("nowhere")).exit_code, 2);
   const Json array = Json::parse(run(sets + " --model opencv8 --sigma-px 0.1 --json").out);
@@ -158,13 +158,13 @@ TEST_F(CliMany, ResumeCalibratesWhatHasChanged) {
                            " --model f --resume --out " + path("kept");
   EXPECT_EQ(run(sets).exit_code, 2);  // the third is not there yet, and so the others are kept
   const std::string c = slurp(root() / "kept/c.yaml");
-  EXPECT_NE(slurp(root() / "kept/a.yaml").find("num_views: 6"), std::string::npos);
+  EXPECT_HAS(slurp(root() / "kept/a.yaml"), "num_views: 6");
   fs::last_write_time(path("kept/c.yaml"), fs::file_time_type());
   exact_set("later");
   const std::string all = slurp(root() / "a/observations_exact.csv");
   spill(root() / "a/observations_exact.csv", all.substr(0, all.find("005.png")));
   ASSERT_EQ(run(sets).exit_code, 0);
-  EXPECT_NE(slurp(root() / "kept/a.yaml").find("num_views: 5"), std::string::npos);
+  EXPECT_HAS(slurp(root() / "kept/a.yaml"), "num_views: 5");
   EXPECT_EQ(slurp(root() / "kept/c.yaml"), c);
   EXPECT_EQ(fs::last_write_time(path("kept/c.yaml")), fs::file_time_type());
 }
@@ -178,7 +178,7 @@ TEST_F(CliMany, ChunksLeaveTheSameBytes) {
   for (const char* chunk : {"2/2", "1/2"}) {
     const Outcome part = run("calibrate " + sets + " --chunk " + chunk + options + path("parts"));
     ASSERT_EQ(part.exit_code, 0) << part.err;
-    EXPECT_NE(part.err.find("of 3 data sets"), std::string::npos) << part.err;
+    EXPECT_HAS(part.err, "of 3 data sets");
   }
   EXPECT_EQ(run("calibrate " + sets + " --chunk 4/5" + options + path("parts")).exit_code, 0);
   EXPECT_EQ(bytes_of(path("parts")), bytes_of(path("whole")));

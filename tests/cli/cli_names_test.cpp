@@ -41,8 +41,8 @@ TEST_F(CliNames, AreOneCommentOfCode) {
 
 TEST_F(CliNames, KeepDrawingsXml) {
   const std::string drawing = view(kLines, "--svg"), latin = view(kLatin, "--svg");
-  EXPECT_NE(drawing.find("a?int evil;?[2K&amp;&lt;?&gt;.png"), std::string::npos);
-  EXPECT_NE(latin.find(kLatinShown), std::string::npos);
+  EXPECT_HAS(drawing, "a?int evil;?[2K&amp;&lt;?&gt;.png");
+  EXPECT_HAS(latin, kLatinShown);
   EXPECT_EQ((drawing + latin).find_first_of("\x1b\x7f\xe9"), std::string::npos);
 }
 
@@ -54,7 +54,7 @@ TEST_F(CliNames, KeepJsonUtf8) {
   const Outcome check =
       run("validate " + path("set/truth.yaml") + " --json --dataset " + set.string());
   ASSERT_EQ(check.exit_code, 0) << check.err;
-  EXPECT_NE(Json::parse(check.out)["warnings"].dump().find(kLatinShown), std::string::npos);
+  EXPECT_HAS(Json::parse(check.out)["warnings"].dump(), kLatinShown);
 }
 
 TEST_F(CliNames, TheCornerCacheKeepsTheOtherPictures) {
@@ -62,9 +62,8 @@ TEST_F(CliNames, TheCornerCacheKeepsTheOtherPictures) {
       "detect " + pictures("latin", kLatin) + " --out " + path("corners.csv");
   const Outcome first = run(detect), again = run(detect);
   EXPECT_EQ(first.exit_code, 0) << first.err;
-  EXPECT_EQ(first.err.find("are not kept"), std::string::npos) << first.err;
-  EXPECT_NE(again.err.find("corners of 5 of 6 pictures are those of"), std::string::npos)
-      << again.err;
+  EXPECT_LACKS(first.err, "are not kept");
+  EXPECT_HAS(again.err, "corners of 5 of 6 pictures are those of");
 }
 
 TEST_F(CliNames, OfSeveralLinesAreRefusedBeforeTheWork) {

@@ -57,7 +57,7 @@ class CliPoseOut : public Cli {
 TEST_F(CliPoseOut, ATableHasALineAFrame) {
   const Outcome out = pose("p.csv");
   ASSERT_EQ(out.exit_code, 0) << out.err;
-  EXPECT_NE(out.err.find("wrote " + path("p.csv")), std::string::npos) << out.err;
+  EXPECT_HAS(out.err, "wrote " + path("p.csv"));
   const std::vector<std::string> lines = lines_of("p.csv");
   ASSERT_EQ(lines.size(), 4U);
   std::vector<std::string> names;
@@ -90,8 +90,8 @@ TEST_F(CliPoseOut, ATableHasALineAFrame) {
 TEST_F(CliPoseOut, APathHasTheTimesOfTheFrames) {
   const Outcome out = pose("p.tum");
   ASSERT_EQ(out.exit_code, 0) << out.err;
-  EXPECT_NE(out.err.find("timestamps are the times of the pictures"), std::string::npos) << out.err;
-  EXPECT_NE(out.err.find(": 2 poses of 3 views"), std::string::npos) << out.err;
+  EXPECT_HAS(out.err, "timestamps are the times of the pictures");
+  EXPECT_HAS(out.err, ": 2 poses of 3 views");
   const std::vector<std::string> lines = lines_of("p.tum");
   ASSERT_EQ(lines.size(), 3U);
   EXPECT_EQ(lines[0], "# timestamp tx ty tz qx qy qz qw (target from camera)");
@@ -112,7 +112,7 @@ TEST_F(CliPoseOut, ABagHasTheCameraAndItsFindings) {
   for (const char* const part :
        {"foxglove.CameraCalibration", "foxglove.FrameTransform", R"("sec":1000,"nsec":100000000)",
         R"("parent_frame_id":"world")", R"("name":"noise_understated")"})
-    EXPECT_NE(bytes.find(part), std::string::npos) << part;
+    EXPECT_HAS(bytes, part);
 }
 
 // Times stay with the corners and with the answer, and serve `handeye`.
@@ -133,8 +133,7 @@ TEST_F(CliPoseOut, TimesStay) {
       run("report " + path("p.json") + " --dataset " + path("set") + " --out " + path("p.html"))
           .exit_code,
       0);
-  EXPECT_NE(slurp(path("p.html")).find(R"("image":"a@000001","time_s":1000.2,)"),
-            std::string::npos);
+  EXPECT_HAS(slurp(path("p.html")), R"("image":"a@000001","time_s":1000.2,)");
   const Outcome path_of =
       run("convert " + path("set/truth.yaml") + " " + path("r.tum") + " --poses " + path("p.json"));
   EXPECT_EQ(path_of.exit_code, 0) << path_of.err;
@@ -145,7 +144,7 @@ TEST_F(CliPoseOut, TimesStay) {
 TEST_F(CliPoseOut, BadNamesAreOneLine) {
   const auto refuses = [&](const Outcome& out, const std::string& part) {
     EXPECT_EQ(out.exit_code, 2) << out.err;
-    EXPECT_NE(out.err.find(part), std::string::npos) << out.err;
+    EXPECT_HAS(out.err, part);
     EXPECT_EQ(std::ranges::count(out.err, '\n'), 1) << out.err;
   };
   refuses(pose("p.txt"), "--out: must end in .csv, .json, .tum or .mcap");
@@ -170,10 +169,10 @@ TEST_F(CliPoseOut, BadNamesAreOneLine) {
                            " --camera " + path("set/truth.yaml") + " --out " + path("tags.csv"));
   EXPECT_EQ(tags.exit_code, 0) << tags.err;
   EXPECT_GT(lines_of("tags.csv").size(), 1U + 9);
-  EXPECT_EQ(tags.err.find("m wide"), std::string::npos) << tags.err;
+  EXPECT_LACKS(tags.err, "m wide");
   const Outcome wide = run("pose --family tag36h11 --border-bits 2 --tag-size 80 " + images +
                            " --camera " + path("set/truth.yaml"));
-  EXPECT_NE(wide.err.find("--tag-size: a tag is 80 m wide"), std::string::npos) << wide.err;
+  EXPECT_HAS(wide.err, "--tag-size: a tag is 80 m wide");
 }
 
 }  // namespace

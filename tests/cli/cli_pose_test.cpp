@@ -165,9 +165,9 @@ TEST_F(PoseCli, AFarTagHasTwoPosesWithOdds) {
     EXPECT_LT(angle_between_rad(a, expected), 1e-6);
   }
   const std::string text = run("pose " + arguments).out;
-  EXPECT_NE(text.find("000.png: AMBIGUOUS: two poses fit, "), std::string::npos) << text;
-  EXPECT_NE(text.find("likelier pose with probability 0."), std::string::npos) << text;
-  EXPECT_NE(text.find("other pose with probability 0."), std::string::npos) << text;
+  EXPECT_HAS(text, "000.png: AMBIGUOUS: two poses fit, ");
+  EXPECT_HAS(text, "likelier pose with probability 0.");
+  EXPECT_HAS(text, "other pose with probability 0.");
 }
 
 TEST_F(PoseCli, TheFocalLengthIsFoundWhereTheViewShowsIt) {
@@ -245,7 +245,7 @@ TEST_F(PoseCli, WhereItDoesNotTheFocalLengthIsRefused) {
     EXPECT_LT(normalised_error(view, expected), 40);
   }
   const std::string text = run("pose " + arguments + " --prior-focal 600").out;
-  EXPECT_NE(text.find("not observable; the pose is for 600 px"), std::string::npos) << text;
+  EXPECT_HAS(text, "not observable; the pose is for 600 px");
 }
 
 TEST_F(PoseCli, CornersInWrongPlacesAreNamed) {
@@ -269,7 +269,7 @@ TEST_F(PoseCli, CornersInWrongPlacesAreNamed) {
             1e-6);
   const std::string text = run("pose " + arguments + " --draw " + path("wrong")).out;
   const std::string last = " " + std::to_string(tag) + ":3  tag:corner\n";
-  EXPECT_NE(text.find(last), std::string::npos) << text;
+  EXPECT_HAS(text, last);
   const auto colours = png_colours(root() / "wrong" / "001-pose.png");
   EXPECT_GT(std::count(colours.begin(), colours.end(), Rgb{255, 32, 32}), 20);  // crossed out
 }
@@ -287,8 +287,7 @@ TEST_F(PoseCli, AViewWithoutTheTargetIsNoReasonToStop) {
   EXPECT_EQ(views[1]["status"], "ok");
   const Outcome none = run("pose " + target + known() + " --draw " + path("no-drawings"));
   EXPECT_EQ(none.exit_code, 3);
-  EXPECT_NE(none.out.find("NO ANSWER: no corner of the target is seen"), std::string::npos)
-      << none.out;
+  EXPECT_HAS(none.out, "NO ANSWER: no corner of the target is seen");
   EXPECT_FALSE(fs::exists(path("no-drawings")));
 }
 
@@ -303,9 +302,8 @@ TEST_F(PoseCli, NoiseComesFromTheCornersUnlessItIsStated) {
   const std::string arguments = set() + known() + " --observations " + path("noisy.csv");
   for (const Json& view : views_of(arguments + " --camera-error-px 0.1"))
     EXPECT_TRUE(view["sigma_px"].is_null());
-  EXPECT_NE(run("pose " + arguments + " --camera-error-px 0.1 --verbose")
-                .out.find("each corner's own covariance"),
-            std::string::npos);
+  EXPECT_HAS(run("pose " + arguments + " --camera-error-px 0.1 --verbose").out,
+             "each corner's own covariance");
   // The error of lens and target is unknown: the covariances of the corners alone are too small.
   for (const Json& view : views_of(arguments)) EXPECT_TRUE(view["sigma_px"].is_number());
   for (const Json& view : views_of(arguments + " --sigma-px 0.7")) EXPECT_EQ(view["sigma_px"], 0.7);
@@ -330,8 +328,8 @@ TEST_F(PoseCli, ARaisedNoiseIsTheSameNumberEverywhere) {
     const double sigma_px = view["sigma_px"];
     EXPECT_NEAR(sigma_px, std::sqrt(0.5), 0.15);
     const std::string number = two_digits(sigma_px) + " px";
-    EXPECT_NE(view["warnings"][0].get<std::string>().find(number), std::string::npos) << number;
-    EXPECT_NE(text.find("noise      " + number + " per coordinate"), std::string::npos) << number;
+    EXPECT_HAS(view["warnings"][0].get<std::string>(), number);
+    EXPECT_HAS(text, "noise      " + number + " per coordinate");
   }
 }
 
@@ -380,7 +378,7 @@ TEST_F(PoseCli, HelpHasAnExample) {
   EXPECT_EQ(help.exit_code, 0);
   for (const char* part : {"Example: tagcal pose", "--camera", "--unknown-focal", "--prior-focal",
                            "--sigma-px", "--view", "--draw", "--json", "--target"})
-    EXPECT_NE(help.out.find(part), std::string::npos) << part;
+    EXPECT_HAS(help.out, part);
 }
 
 }  // namespace

@@ -40,7 +40,7 @@ TEST_F(CliProject, PointsToPixelsAndBack) {
   const Outcome there =
       run("project " + path("points.csv") + camera() + " --out " + path("px.csv"));
   ASSERT_EQ(there.exit_code, 0) << there.err;
-  EXPECT_NE(there.err.find("of 3 points"), std::string::npos) << there.err;
+  EXPECT_HAS(there.err, "of 3 points");
   const std::string pixels = slurp(root() / "px.csv");
   EXPECT_TRUE(
       pixels.starts_with("name,x_m,y_m,z_m,u_px,v_px,suu_px2,suv_px2,svv_px2,in_image,valid\n"))
@@ -88,11 +88,10 @@ TEST_F(CliProject, NumbersThatOverflowAreNoAnswer) {
   spill(root() / "far.csv", "u_px,v_px,depth_m,sigma_depth_m\n1,2,1,1e200\n1,2,3,0.1\n");
   const Outcome far = run("unproject " + path("far.csv") + camera() + " --out " + path("xyz.csv"));
   EXPECT_EQ(far.exit_code, 0) << far.err;
-  EXPECT_NE(far.err.find("1 of 2 points; 1 have no ray"), std::string::npos) << far.err;
-  EXPECT_NE(far.err.find("or are beyond the range of numbers (valid = 0)"), std::string::npos)
-      << far.err;
+  EXPECT_HAS(far.err, "1 of 2 points; 1 have no ray");
+  EXPECT_HAS(far.err, "or are beyond the range of numbers (valid = 0)");
   const std::string points = slurp(root() / "xyz.csv");
-  EXPECT_EQ(points.find("inf"), std::string::npos) << points;
+  EXPECT_LACKS(points, "inf");
   EXPECT_EQ(rows(points)[0].back(), "0");
   EXPECT_EQ(rows(points)[1].back(), "1");
   spill(root() / "px.csv", "u_px,v_px\n1,2\n");
@@ -106,10 +105,9 @@ TEST_F(CliProject, NamesInQuotesAreReadAndWritten) {
         "\"a,\"\"b\"\".png\",0,1,300,200,0.1,0,0.1\n\"#c.png\",0,1,300,200,,,\n");
   const Outcome outcome = run("unproject " + path("seen.csv") + camera());
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_NE(outcome.err.find("2 of 2 points"), std::string::npos) << outcome.err;
-  EXPECT_NE(outcome.out.find("\n\"a,\"\"b\"\".png\",0,1,300,200,"), std::string::npos)
-      << outcome.out;
-  EXPECT_NE(outcome.out.find("\n\"#c.png\",0,1,300,200,"), std::string::npos) << outcome.out;
+  EXPECT_HAS(outcome.err, "2 of 2 points");
+  EXPECT_HAS(outcome.out, "\n\"a,\"\"b\"\".png\",0,1,300,200,");
+  EXPECT_HAS(outcome.out, "\n\"#c.png\",0,1,300,200,");
 }
 
 // Of a column of the input all fields are numbers, or texts.
@@ -123,7 +121,7 @@ TEST_F(CliProject, NamesAreNoNumbersInJson) {
        {"\"point\": \"7\"", "\"point\": \"007\"", "\"point\": \"1e3\"", "\"tag_id\": 12",
         "\"tag_id\": -3", "\"batch\": \"007\"", "\"batch\": \"8\"", "\"batch\": null",
         "\"kind\": \"nan\"", "\"kind\": \"2\"", "\"x_m\": 0.1,", "\"z_m\": 0.5,", "\"valid\": 1"})
-    EXPECT_NE(outcome.out.find(part), std::string::npos) << part << outcome.out;
+    EXPECT_HAS(outcome.out, part);
 }
 
 TEST_F(CliProject, WrongTablesAreNamed) {

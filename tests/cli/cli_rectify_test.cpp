@@ -52,8 +52,7 @@ TEST_F(CliRectify, TwoFoldersBecomeRectifiedPairs) {
   const Outcome done = run(pair("--rectify " + path("flat") + " --alpha 0.5 --maps --target " +
                                 path("rig/target.yaml")));
   ASSERT_EQ(done.exit_code, 0) << done.err;
-  EXPECT_NE(done.err.find("8 pairs of left and right, rectified.yaml"), std::string::npos)
-      << done.err;
+  EXPECT_HAS(done.err, "8 pairs of left and right, rectified.yaml");
   // The disparity of the corners is what the claims say.
   std::smatch found;
   const std::regex sentence(R"(vertical disparity of (\d+) corners in 8 pairs: rms (\S+) px, )"
@@ -92,8 +91,7 @@ TEST_F(CliRectify, TwoFoldersBecomeRectifiedPairs) {
     EXPECT_EQ(read_image(root() / "flat" / camera / "000.png").size(), (ImageSize{480, 360}));
     EXPECT_EQ(read_calibration(root() / "flat" / camera / "camera.yaml").camera.image_size,
               (ImageSize{480, 360}));
-    EXPECT_NE(slurp(root() / "flat" / camera / "map.npy").find("'shape': (360, 480, 2)"),
-              std::string::npos);
+    EXPECT_HAS(slurp(root() / "flat" / camera / "map.npy"), "'shape': (360, 480, 2)");
   }
   EXPECT_EQ(read_image(root() / "flat/lines/000.png").size(), (ImageSize{960, 360}));
   EXPECT_EQ(fs::exists(root() / "flat/lines/001.png"), true);
@@ -105,7 +103,7 @@ TEST_F(CliRectify, TwoFoldersBecomeRectifiedPairs) {
 TEST_F(CliRectify, OnePairAndPanoramas) {
   const Outcome done = run(pair("--longlat --rectify " + path("round"), "/003.png"));
   ASSERT_EQ(done.exit_code, 0) << done.err;
-  EXPECT_NE(slurp(root() / "round/rectified.yaml").find("panorama: transverse"), std::string::npos);
+  EXPECT_HAS(slurp(root() / "round/rectified.yaml"), "panorama: transverse");
   EXPECT_TRUE(fs::exists(root() / "round/right/003.png"));
   EXPECT_TRUE(fs::exists(root() / "round/left/panorama.yaml"));
   // Exchanged cameras: by name, and by option.
@@ -113,8 +111,7 @@ TEST_F(CliRectify, OnePairAndPanoramas) {
       run("reproject " + path("rig/right/images") + " " + path("rig/left/images") + " --camera " +
           path("rig.yaml") + " --rectify " + path("other"));
   EXPECT_EQ(other.exit_code, 0);
-  EXPECT_NE(other.err.find("left is left of right: disparities are negative"), std::string::npos)
-      << other.err;
+  EXPECT_HAS(other.err, "left is left of right: disparities are negative");
   // Maps need no pictures.
   EXPECT_EQ(run("reproject --camera " + path("rig.yaml") +
                 " --cameras left,right --maps --rectify " + path("maps"))
@@ -192,8 +189,8 @@ TEST_F(CliRectify, PixelsBecomePoints) {
   // Pixels that contradict one another.
   spill(root() / "wrong.csv", "point,camera,u_px,v_px\n1,left,200,100\n1,right,180,160\n");
   const Outcome wrong = run("triangulate " + path("wrong.csv") + camera);
-  EXPECT_NE(wrong.out.find(",left right\n"), std::string::npos) << wrong.out;
-  EXPECT_NE(wrong.err.find("contradict one another"), std::string::npos) << wrong.err;
+  EXPECT_HAS(wrong.out, ",left right\n");
+  EXPECT_HAS(wrong.err, "contradict one another");
 }
 
 // Names that look like numbers, of which some are equal.

@@ -20,8 +20,8 @@ TEST_F(Cli, EachRefinementGivesItsOwnCorners) {
   }
   EXPECT_NE(csv["stock"], csv["edges"]);
   EXPECT_NE(csv["edges"], csv["fit"]);
-  EXPECT_EQ(csv["edges"].find("sxx_px2"), std::string::npos);
-  EXPECT_NE(csv["fit"].find("sxx_px2"), std::string::npos);
+  EXPECT_LACKS(csv["edges"], "sxx_px2");
+  EXPECT_HAS(csv["fit"], "sxx_px2");
   EXPECT_EQ(run("detect " + path("set")).out, csv["fit"]);  // the default
   expect_bad_input(detect + "best", {"--refinement", "best"});
 }
@@ -48,7 +48,7 @@ TEST_F(Cli, CornersAreRefinedUnderTheLensThatWasFound) {
 TEST_F(Cli, PosesCountWithTheErrorOfTheCamera) {
   const std::string camera = path("own.yaml");
   ASSERT_EQ(run("calibrate " + path("set") + " --model radial1 --out " + camera).exit_code, 0);
-  EXPECT_NE(slurp(camera).find("camera_error_px: "), std::string::npos);
+  EXPECT_HAS(slurp(camera), "camera_error_px: ");
   const std::string pose = "pose " + path("set") + " --json --camera ";
   const Json own = Json::parse(run(pose + camera).out);
   spill(root() / "silent.yaml", replaced(slurp(camera), "camera_error_px", "other_error_px"));

@@ -40,10 +40,9 @@ TEST_F(Cli, DepthsAreWrittenBesideThePictures) {
   const Outcome rendered =
       run("render " + path("scene.yaml") + " --out " + path("depths") + " --depth");
   ASSERT_EQ(rendered.exit_code, 0) << rendered.err;
-  EXPECT_EQ(rendered.err.find("--depth-unit-m"), std::string::npos) << rendered.err;
+  EXPECT_LACKS(rendered.err, "--depth-unit-m");
   EXPECT_TRUE(slurp(root() / "depths/images/000.png") == slurp(root() / "set/images/000.png"));
-  EXPECT_NE(slurp(root() / "depths/dataset.yaml").find("depth: {folder: \"depth\", unit_m: 0.001}"),
-            std::string::npos);
+  EXPECT_HAS(slurp(root() / "depths/dataset.yaml"), "depth: {folder: \"depth\", unit_m: 0.001}");
   const std::string picture = slurp(root() / "depths/depth/001.png");
   ASSERT_GT(picture.size(), 25u);
   EXPECT_EQ(picture[24], 16);
@@ -53,8 +52,7 @@ TEST_F(Cli, DepthsAreWrittenBesideThePictures) {
   const Outcome fine = run("render " + path("scene.yaml") + " --out " + path("fine") +
                            " --depth --depth-unit-m 1e-6 --views 1");
   ASSERT_EQ(fine.exit_code, 0) << fine.err;
-  EXPECT_NE(fine.err.find("pixels is not between 1e-06 and 0.065535 m"), std::string::npos)
-      << fine.err;
+  EXPECT_HAS(fine.err, "pixels is not between 1e-06 and 0.065535 m");
   expect_bad_input("render " + path("scene.yaml") + " --out " + path("no") + " --depth-unit-m 1",
                    {"--depth-unit-m: belongs to --depth"});
   expect_bad_input(
@@ -129,11 +127,8 @@ TEST_F(Cli, WarnsWhereNothingIsVisible) {
         replaced(kScene, "target_m: [0.14, 0.1, 0]", "target_m: [90, 90, 0]"));
   const Outcome away = run("render " + path("away.yaml") + " --out " + path("away"));
   EXPECT_EQ(away.exit_code, 0);
-  EXPECT_NE(away.err.find("warning: no corner of a board is visible in any picture"),
-            std::string::npos)
-      << away.err;
-  EXPECT_EQ(run("render " + path("scene.yaml") + " --out " + path("seen")).err.find("warning"),
-            std::string::npos);
+  EXPECT_HAS(away.err, "warning: no corner of a board is visible in any picture");
+  EXPECT_LACKS(run("render " + path("scene.yaml") + " --out " + path("seen")).err, "warning");
 }
 
 }  // namespace

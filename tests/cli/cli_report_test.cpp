@@ -65,7 +65,7 @@ TEST_F(CliReport, ShowsWhatCalibrateFound) {
   EXPECT_EQ(data["advice"]["outline_px"].size(), 48u);
   EXPECT_GE(data["formats"].size(), 4u);
   EXPECT_FALSE(data["halves"].is_null());
-  EXPECT_NE(data["made_by"]["command"].get<std::string>().find("--report"), std::string::npos);
+  EXPECT_HAS(data["made_by"]["command"].get<std::string>(), "--report");
 }
 
 // Of a bent board, with row terms: residuals without them are five times as large.
@@ -96,7 +96,7 @@ TEST_F(CliReport, EstimatesTheViewsOfACameraFromAFile) {
     EXPECT_NEAR(data["views"][i]["camera_from_world"][2][3],
                 made["views"][i]["camera_from_world"][2][3], 1e-3);
   EXPECT_EQ(data["ladder"].size(), 0u);
-  EXPECT_NE(notes_of(data).find("no model ladder"), std::string::npos);
+  EXPECT_HAS(notes_of(data), "no model ladder");
 }
 
 TEST_F(CliReport, ShowsTheCameraOfAnotherProgram) {
@@ -107,7 +107,7 @@ TEST_F(CliReport, ShowsTheCameraOfAnotherProgram) {
   EXPECT_EQ(data["views"].size(), 6u);
   EXPECT_TRUE(data["projection"].empty());
   EXPECT_TRUE(data["parameters"][0]["sigma"].is_null());
-  EXPECT_NE(notes_of(data).find("no covariance"), std::string::npos);
+  EXPECT_HAS(notes_of(data), "no covariance");
 }
 
 TEST_F(CliReport, ShowsACameraWithoutViews) {
@@ -115,7 +115,7 @@ TEST_F(CliReport, ShowsACameraWithoutViews) {
   const Json data = data_of(report(path("camera.yaml")));
   EXPECT_TRUE(data["views"].empty());
   EXPECT_TRUE(data["rms_px"].is_null());
-  EXPECT_NE(notes_of(data).find("no data set was given"), std::string::npos);
+  EXPECT_HAS(notes_of(data), "no data set was given");
 }
 
 // A calibration with a covariance, and pictures of which none shows the target.
@@ -135,7 +135,7 @@ TEST_F(CliReport, NamesPicturesThatItCannotShow) {
   ASSERT_EQ(data["views"].size(), 6u);
   EXPECT_TRUE(data["views"][2]["thumbnail"].is_null());
   EXPECT_EQ(data["views"][2]["status"], "ok");
-  EXPECT_NE(notes_of(data).find("1 of 6 (002.png)"), std::string::npos) << notes_of(data);
+  EXPECT_HAS(notes_of(data), "1 of 6 (002.png)");
 }
 
 TEST_F(CliReport, TakesTheOptionsOfPictures) {
@@ -188,7 +188,7 @@ TEST_F(CliReport, EscapesTheNamesOfPictures) {
         "images: images\n");
   const Json data = data_of(report(path("camera.yaml") + " --dataset " + path("set_script")));
   EXPECT_EQ(data["views"][0]["image"], name);
-  EXPECT_EQ(page("page.html").find("<script>alert"), std::string::npos);
+  EXPECT_LACKS(page("page.html"), "<script>alert");
   EXPECT_FALSE(data["views"][0]["thumbnail"].is_null());
 }
 
@@ -202,9 +202,9 @@ TEST_F(CliReport, ShowsWhyThereIsNoAnswer) {
           path("none.yaml") + " --report " + path("page.html"));
   ASSERT_EQ(outcome.exit_code, 3) << outcome.out;
   const std::string text = page("page.html");
-  EXPECT_NE(text.find(R"("level":"no_answer","sentence":"NO ANSWER: )"), std::string::npos);
-  EXPECT_NE(text.find(R"("severity":"error")"), std::string::npos);
-  EXPECT_EQ(text.find(R"("du":[0)"), std::string::npos);
+  EXPECT_HAS(text, R"("level":"no_answer","sentence":"NO ANSWER: )");
+  EXPECT_HAS(text, R"("severity":"error")");
+  EXPECT_LACKS(text, R"("du":[0)");
 }
 
 TEST_F(CliReport, ComparesTwoCalibrations) {

@@ -43,15 +43,14 @@ TEST_F(CliReproject, UndistortsAndTheNewCameraIsRead) {
   const Outcome done =
       run(with("--undistort all --mask --maps --out ") + path("flat") + picture("001.png"));
   ASSERT_EQ(done.exit_code, 0) << done.err;
-  EXPECT_NE(done.err.find("2 pictures, camera.yaml (640x400 pixels, pinhole"), std::string::npos)
-      << done.err;
+  EXPECT_HAS(done.err, "2 pictures, camera.yaml (640x400 pixels, pinhole");
   const Camera camera = read_calibration(root() / "flat/camera.yaml").camera;
   EXPECT_EQ(read_image(root() / "flat/000.png").size(), camera.image_size);
   // The map is the library's, in the layout of numpy.load.
   const Camera source = read_calibration(root() / "camera.yaml").camera;
   const PixelMap map = pixel_map({source, camera, {}});
   const std::string npy = slurp(root() / "flat/map.npy");
-  EXPECT_NE(npy.find("'shape': (400, 640, 2)"), std::string::npos);
+  EXPECT_HAS(npy, "'shape': (400, 640, 2)");
   ASSERT_EQ(npy.size() % 64, 0u);
   const std::size_t header = npy.size() - 640 * 400 * 2 * sizeof(float);
   EXPECT_EQ(npy[header - 1], '\n');
@@ -99,7 +98,7 @@ TEST_F(CliReproject, ShowsABoardFromAbove) {
       EXPECT_LT(top(edge, i), 90) << i;
     }
   EXPECT_TRUE(fs::exists(root() / "top/000-mask.png"));
-  EXPECT_NE(slurp(root() / "top/plane.yaml").find("camera_from_plane:"), std::string::npos);
+  EXPECT_HAS(slurp(root() / "top/plane.yaml"), "camera_from_plane:");
 
   // By the pose of the calibration's own view.
   ASSERT_EQ(run("calibrate " + path("set") + " --out " + path("fit.yaml")).exit_code, 0);
@@ -108,12 +107,11 @@ TEST_F(CliReproject, ShowsABoardFromAbove) {
       run(with(by_view + "--rectangle 0,0,0.06,0.06 --maps --out " + path("top2"), "fit.yaml") +
           picture("001.png"));
   ASSERT_EQ(two.exit_code, 0) << two.err;
-  EXPECT_NE(two.err.find(", map.npy, 100.0 % seen"), std::string::npos) << two.err;
-  EXPECT_NE(slurp(root() / "top2/map.npy").find("'shape': (120, 120, 2)"), std::string::npos);
+  EXPECT_HAS(two.err, ", map.npy, 100.0 % seen");
+  EXPECT_HAS(slurp(root() / "top2/map.npy"), "'shape': (120, 120, 2)");
   const Outcome beside =
       run(with(by_view + "--rectangle 50,0,50.01,0.01 --out " + path("beside"), "fit.yaml"));
-  EXPECT_NE(beside.err.find("\ntagcal: warning: the camera sees nothing of it"), std::string::npos)
-      << beside.err;
+  EXPECT_HAS(beside.err, "\ntagcal: warning: the camera sees nothing of it");
   const Image8 again = read_image(root() / "top2/000.png");
   int different = 0;
   for (int y = 0; y < 120; ++y)
@@ -135,8 +133,7 @@ TEST_F(CliReproject, AWideFisheyeBecomesAPanoramaOrSeveralPinholes) {
       run(with("--panorama equirectangular --px-per-deg 2 --out " + path("round"), "wide.yaml"))
           .exit_code,
       0);
-  EXPECT_NE(slurp(root() / "round/panorama.yaml").find("panorama: equirectangular"),
-            std::string::npos);
+  EXPECT_HAS(slurp(root() / "round/panorama.yaml"), "panorama: equirectangular");
 }
 
 TEST_F(CliReproject, TilesAreThePartsOfTheWhole) {

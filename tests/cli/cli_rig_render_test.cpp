@@ -36,12 +36,12 @@ TEST_F(Cli, RendersADataSetForEachCameraOfARig) {
   const std::string render = "render " + path("rig.yaml") + " --out " + path("rig");
   const Outcome rendered = run(render + " --seed 3");
   ASSERT_EQ(rendered.exit_code, 0) << rendered.err;
-  EXPECT_NE(rendered.err.find("6 images of each of 2 cameras"), std::string::npos) << rendered.err;
+  EXPECT_HAS(rendered.err, "6 images of each of 2 cameras");
   const std::string dataset = slurp(root() / "rig/dataset.yaml");
-  EXPECT_NE(dataset.find("observations: \"right/observations_exact.csv\""), std::string::npos);
+  EXPECT_HAS(dataset, "observations: \"right/observations_exact.csv\"");
   const std::string times = slurp(root() / "rig/right/times.csv");
   EXPECT_TRUE(times.starts_with("image,time_s\n000.png,0\n001.png,0.05\n")) << times;
-  EXPECT_NE(slurp(root() / "rig/truth.yaml").find("time_offset_s: 0.02"), std::string::npos);
+  EXPECT_HAS(slurp(root() / "rig/truth.yaml"), "time_offset_s: 0.02");
   const Outcome calibrated = run("calibrate " + path("rig/right") + " --model pinhole --json");
   ASSERT_EQ(calibrated.exit_code, 0) << calibrated.err;
   const nlohmann::json answer = nlohmann::json::parse(calibrated.out);

@@ -101,7 +101,7 @@ TEST_F(CliRig, PicturesToARigFile) {
   EXPECT_EQ(run("diff " + path("rig.yaml") + ":left " + path("rig.yaml") + ":left").exit_code, 0);
   ASSERT_EQ(
       run("convert " + path("rig.yaml") + " " + path("chain.yaml") + " --to kalibr").exit_code, 0);
-  EXPECT_NE(slurp(root() / "chain.yaml").find("T_cn_cnm1"), std::string::npos);
+  EXPECT_HAS(slurp(root() / "chain.yaml"), "T_cn_cnm1");
 }
 
 // `diff` of rigs: the same rig from other noise and with another reference, a moved camera, another
@@ -128,14 +128,14 @@ TEST_F(CliRig, DifferenceOfTwoRigs) {
   spill(root() / "b.yaml", warned);
   const std::string copy = "convert " + path("b.yaml") + " " + path("copy.yaml") + " --to tagcal";
   const Outcome copied = run(copy);
-  EXPECT_EQ(copied.err.find("dropped"), std::string::npos) << copied.err;
+  EXPECT_LACKS(copied.err, "dropped");
   const CameraFile kept = read_camera_file(root() / "copy.yaml");
   EXPECT_EQ(kept.rig_covariance, read_camera_file(root() / "b.yaml").rig_covariance);
   ASSERT_EQ(kept.findings.size(), 1U);
   EXPECT_EQ(kept.findings[0].sentence, "a doubt");
   const std::string scaled = run(copy + " --model opencv8").err;
-  EXPECT_NE(scaled.find("dropped: the covariance of the rig"), std::string::npos) << scaled;
-  EXPECT_NE(scaled.find("dropped: the warnings"), std::string::npos) << scaled;
+  EXPECT_HAS(scaled, "dropped: the covariance of the rig");
+  EXPECT_HAS(scaled, "dropped: the warnings");
   EXPECT_EQ(read_camera_file(root() / "copy.yaml").rig_covariance.size(), 0);
   EXPECT_EQ(same["verdict"], "valid");
   ASSERT_EQ(same["pairs"].size(), 1U);
@@ -156,8 +156,7 @@ TEST_F(CliRig, DifferenceOfTwoRigs) {
   EXPECT_EQ(moved["differs_in"], Json({"the place of right from left"}));
   EXPECT_GT(moved["pairs"][0]["in_sigmas"].get<double>(), 5);
   const Outcome shown = run("diff " + path("a.yaml") + " " + path("moved.yaml"));
-  EXPECT_NE(shown.out.find("CHANGED: the place of right from left differs"), std::string::npos)
-      << shown.out;
+  EXPECT_HAS(shown.out, "CHANGED: the place of right from left differs");
 
   // Another program's file has no covariances: those of one rig are enough; of neither, it is said.
   ASSERT_EQ(run("convert " + path("a.yaml") + " " + path("chain.yaml") +
@@ -170,8 +169,7 @@ TEST_F(CliRig, DifferenceOfTwoRigs) {
   const Json neither = diff("chain.yaml", "chain.yaml");
   EXPECT_TRUE(neither["verdict"].is_null());
   EXPECT_TRUE(neither["pairs"][0]["translation_sigma_m"].is_null());
-  EXPECT_NE(run("diff " + path("chain.yaml") + " " + path("chain.yaml")).out.find("not known"),
-            std::string::npos);
+  EXPECT_HAS(run("diff " + path("chain.yaml") + " " + path("chain.yaml")).out, "not known");
 
   for (const auto& [b, message] :
        {std::pair(path("a.yaml") + ":left", ": must be a rig as "),
@@ -183,7 +181,7 @@ TEST_F(CliRig, DifferenceOfTwoRigs) {
     }
     const Outcome outcome = run("diff " + path("a.yaml") + " " + b);
     EXPECT_EQ(outcome.exit_code, 2);
-    EXPECT_NE(outcome.err.find(message), std::string::npos) << outcome.err;
+    EXPECT_HAS(outcome.err, message);
   }
 }
 
@@ -202,14 +200,13 @@ TEST_F(CliRig, ThePageHasTheNumbersOfTheTerminal) {
   for (const Json& depth : pair["depths"]) texts.push_back(depth["text"]);
   for (const Json& text : page["cameras"][1]["place"]) texts.push_back(text);
   EXPECT_EQ(texts.size(), 3 + 4 + 6U);
-  for (const Json& text : texts)
-    EXPECT_NE(terminal.find(text.get<std::string>()), std::string::npos) << text << out.out;
+  for (const Json& text : texts) EXPECT_HAS(terminal, text.get<std::string>());
   for (const Json& camera : page["cameras"]) {
     std::string row;
     for (const char* const key : {"name", "model"}) row += camera[key].get<std::string>() + " ";
     row += camera["num_views"].dump() + " " + camera["num_corners"].dump();
     for (const char* const key : {"rms_px", "excess"}) row += " " + camera[key].get<std::string>();
-    EXPECT_NE(terminal.find(row), std::string::npos) << row << out.out;
+    EXPECT_HAS(terminal, row);
     EXPECT_EQ(camera["corners"]["u"].size(), camera["corners"]["rejected"].size());
   }
   const std::string picture = page["rectified"]["uri"];
@@ -236,7 +233,7 @@ TEST_F(CliRig, ThePageHasTheNumbersOfTheTerminal) {
     for (const char* const key : {"place", "centre_axes_m"})
       EXPECT_EQ(file["cameras"][c].value(key, Json()), page["cameras"][c].value(key, Json()));
   }
-  EXPECT_NE(file["notes"].dump().find("no instants"), std::string::npos) << file["notes"];
+  EXPECT_HAS(file["notes"].dump(), "no instants");
   expect_bad_input(
       "report " + path("rig.yaml") + " --dataset " + path("rig") + " --out " + path("no.html"),
       {"is a rig", "rig.yaml:left"});
@@ -275,21 +272,17 @@ TEST_F(CliRig, ADataSetOfARigAndLensesThatAreKnown) {
       run("rig " + path("rig") + " --cameras fixed --camera left=" + path("left.yaml") +
           " --camera right=" + path("right.yaml"));
   EXPECT_EQ(out.exit_code, 0) << out.err << out.out;
-  EXPECT_NE(out.out.find("right from left"), std::string::npos) << out.out;
-  EXPECT_NE(out.out.find("\nnext: show the board to left and right at the same time, "),
-            std::string::npos)
-      << out.out;
+  EXPECT_HAS(out.out, "right from left");
+  EXPECT_HAS(out.out, "\nnext: show the board to left and right at the same time, ");
   const Outcome swapped =
       run("rig " + path("rig") + " --cameras fixed --camera left=" + path("right.yaml") +
           " --camera right=" + path("left.yaml"));
   EXPECT_EQ(swapped.exit_code, 3) << swapped.err << swapped.out;
-  EXPECT_NE(swapped.out.find("NO ANSWER: the pictures of left have the image size"),
-            std::string::npos)
-      << swapped.out;
+  EXPECT_HAS(swapped.out, "NO ANSWER: the pictures of left have the image size");
   const Outcome missing =
       run("rig " + path("rig") + " --cameras fixed --camera left=" + path("left.yaml"));
   EXPECT_EQ(missing.exit_code, 2);
-  EXPECT_NE(missing.err.find("--camera right=FILE"), std::string::npos) << missing.err;
+  EXPECT_HAS(missing.err, "--camera right=FILE");
 }
 
 TEST_F(CliRig, TheFoldersOfPicturesMayHaveAnyName) {
@@ -313,7 +306,7 @@ TEST_F(CliRig, BadInputIsOneLine) {
   const auto refused = [&](const std::string& command, const std::string& says) {
     const Outcome out = run("rig " + command);
     EXPECT_EQ(out.exit_code, 2) << command << out.out;
-    EXPECT_NE(out.err.find(says), std::string::npos) << out.err;
+    EXPECT_HAS(out.err, says);
     EXPECT_FALSE(fs::exists(root() / "no.yaml"));
   };
   refused(left + " " + left + target, "is given twice");
@@ -370,7 +363,7 @@ TEST_F(CliRig, NoCommonInstantIsNoAnswer) {
                               path("rig/target.yaml") + " --out " + path("no.yaml");
   const Outcome single = run(command);
   EXPECT_EQ(single.exit_code, 0) << single.err;
-  EXPECT_NE(single.out.find("nothing tests the answer"), std::string::npos) << single.out;
+  EXPECT_HAS(single.out, "nothing tests the answer");
   fs::remove(root() / "no.yaml");
   fs::remove(root() / "b/000.png");
   spill(root() / "pairs.csv", "a,b\n000.png,\n,001.png\n002.png,\n");
@@ -381,7 +374,7 @@ TEST_F(CliRig, NoCommonInstantIsNoAnswer) {
   EXPECT_EQ(page["verdict"]["level"], "no_answer");
   EXPECT_EQ(page["instants"].size(), 3U);
   EXPECT_TRUE(page["formats"].empty());
-  EXPECT_NE(none.out.find("no instant connects a with b"), std::string::npos) << none.out;
+  EXPECT_HAS(none.out, "no instant connects a with b");
   EXPECT_FALSE(fs::exists(root() / "no.yaml"));
 }
 

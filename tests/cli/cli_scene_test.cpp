@@ -59,11 +59,11 @@ TEST_F(CliScene, ABoardThatMovesIsDrawnAndLeftOutOfTheDataSet) {
       kSensor;
   const Outcome rendered = render("cart", scene);
   ASSERT_EQ(rendered.exit_code, 0) << rendered.err;
-  EXPECT_NE(rendered.err.find("boards[1] moves relative to the first board"), std::string::npos);
+  EXPECT_HAS(rendered.err, "boards[1] moves relative to the first board");
   const std::string exact = slurp(root() / "cart/observations_exact.csv");
-  EXPECT_EQ(exact.find(",50,"), std::string::npos);
-  EXPECT_NE(exact.find(",3,"), std::string::npos);
-  EXPECT_NE(slurp(root() / "cart/truth.yaml").find("camera_from_board"), std::string::npos);
+  EXPECT_LACKS(exact, ",50,");
+  EXPECT_HAS(exact, ",3,");
+  EXPECT_HAS(slurp(root() / "cart/truth.yaml"), "camera_from_board");
   // The tag is in the pictures: detected with a target of its own, it has moved.
   spill(root() / "single.yaml", "target_type: tags\ntags: [{id: 50, size: 0.06}]\n");
   const Outcome found = run("detect --target " + path("single.yaml") + " " +

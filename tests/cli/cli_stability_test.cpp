@@ -11,14 +11,14 @@ TEST_F(CliStability, WritesTableAndPage) {
   const Outcome outcome =
       run("stability near-camera line --trials 2 --threads 2 --out " + path("atlas"));
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_NE(outcome.out.find("2 maps"), std::string::npos) << outcome.out;
+  EXPECT_HAS(outcome.out, "2 maps");
   const std::string csv = slurp(root() / "atlas/line.csv");
-  EXPECT_NE(csv.find("line,0.01,50,tagcal estimate_pose,2,"), std::string::npos) << csv;
+  EXPECT_HAS(csv, "line,0.01,50,tagcal estimate_pose,2,");
   const std::string page = slurp(root() / "atlas/atlas.md");
   EXPECT_LT(page.find("Points nearly on a line"), page.find("Points next to the camera"));
-  EXPECT_NE(page.find("tagcal stability near-camera line --trials 2 --seed 1"), std::string::npos);
+  EXPECT_HAS(page, "tagcal stability near-camera line --trials 2 --seed 1");
   EXPECT_TRUE(slurp(root() / "atlas/line.png").starts_with("\x89PNG"));
-  EXPECT_NE(page.find("line.png"), std::string::npos);
+  EXPECT_HAS(page, "line.png");
 }
 
 // All but the times.
@@ -45,8 +45,8 @@ TEST_F(CliStability, EqualSeedsEqualOutcomes) {
 TEST_F(CliStability, ListsItsMaps) {
   const Outcome outcome = run("stability --list");
   EXPECT_EQ(outcome.exit_code, 0);
-  EXPECT_NE(outcome.out.find("tag-tilt-distance"), std::string::npos);
-  EXPECT_NE(outcome.out.find("focal-distance"), std::string::npos);
+  EXPECT_HAS(outcome.out, "tag-tilt-distance");
+  EXPECT_HAS(outcome.out, "focal-distance");
 }
 
 TEST_F(CliStability, BadInput) {

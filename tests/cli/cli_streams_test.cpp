@@ -131,16 +131,16 @@ TEST_F(CliStreams, NamesDoNotCommandATerminal) {
     fs::copy(path("set/images/000.png"), path("names/" + (copy + name)));
   const std::string detect = "detect " + path("names") + " --target " + path("set/target.yaml");
   const Outcome bad = run("detect 'no" + name + "' --target " + path("set/target.yaml"));
-  EXPECT_NE(bad.err.find("no?[2J?.png: matches no file"), std::string::npos) << bad.err;
+  EXPECT_HAS(bad.err, "no?[2J?.png: matches no file");
   EXPECT_EQ(run(detect + " --no-cache --out " + csv).exit_code, 0);
-  EXPECT_NE(slurp(csv).find("a" + name), std::string::npos);
+  EXPECT_HAS(slurp(csv), "a" + name);
   const Terminal terminal;
   const std::string calibrate = "calibrate " + path("names") + " --no-cache --target " +
                                 path("set/target.yaml") + " --model f";
   std::system((program() + " " + calibrate + " >" + terminal.name() + " 2>&1").c_str());
   const std::string printed = terminal.printed();
-  EXPECT_NE(printed.find("a?[2J?.png"), std::string::npos) << printed;
-  EXPECT_EQ(printed.find("\033[2J"), std::string::npos);
+  EXPECT_HAS(printed, "a?[2J?.png");
+  EXPECT_LACKS(printed, "\033[2J");
 }
 
 // Parts end anywhere, and there are many: each byte is looked at once. 16 MiB of these bytes in

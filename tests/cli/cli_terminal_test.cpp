@@ -60,7 +60,7 @@ TEST_F(Cli, QuietCommandsSayOnlyWhatIsWrong) {
           << command << "\n"
           << line;
   }
-  EXPECT_NE(run("calibrate " + set + " --quiet").out.find("fx"), std::string::npos);
+  EXPECT_HAS(run("calibrate " + set + " --quiet").out, "fx");
   expect_bad_input("calibrate " + path("none") + " --quiet", {path("none")});
 }
 
@@ -108,10 +108,10 @@ TEST_F(Cli, ADashIsStandardOutputForText) {
   ASSERT_EQ(run("calibrate " + set + " --out " + camera).exit_code, 0);
   const Outcome calibrated = run("calibrate " + set + " --out -");
   EXPECT_EQ(calibrated.out, slurp(camera));
-  EXPECT_NE(calibrated.err.find("\n  fx "), std::string::npos) << calibrated.err;
+  EXPECT_HAS(calibrated.err, "\n  fx ");
   EXPECT_EQ(run("detect " + set + " --out -").out, run("detect " + set).out);
   const Outcome converted = run("convert " + camera + " - --to ros");
-  EXPECT_NE(converted.out.find("camera_matrix"), std::string::npos) << converted.err;
+  EXPECT_HAS(converted.out, "camera_matrix") << converted.err;
   EXPECT_FALSE(fs::exists("-"));
   for (const std::string& command :
        {"board " + path("set/target.yaml"), "render " + path("scene.yaml"),

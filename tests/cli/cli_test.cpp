@@ -13,7 +13,7 @@ TEST_F(Cli, HelpOfEachCommandHasAnExample) {
        {"", "render", "detect", "calibrate", "validate", "pose", "board"}) {
     const Outcome help = run(command + " --help");
     EXPECT_EQ(help.exit_code, 0);
-    EXPECT_NE(help.out.find("Example: tagcal"), std::string::npos) << help.out;
+    EXPECT_HAS(help.out, "Example: tagcal");
     EXPECT_EQ(help.err, "");
   }
   EXPECT_EQ(run("--version").out.substr(0, 7), "tagcal ");
@@ -55,7 +55,7 @@ TEST_F(Cli, RenderingAgainReplacesTheRenderAndKeepsTheUsersFiles) {
   EXPECT_FALSE(files.contains("images/002.png"));
   EXPECT_EQ(files.size(), 2u + 4u + 3u);
   for (const std::string& name : names()) {
-    EXPECT_EQ(name.find("again."), std::string::npos) << "left behind: " << name;
+    EXPECT_LACKS(name, "again.") << "left behind: ";
   }
 }
 
@@ -95,7 +95,7 @@ TEST_F(Cli, DetectWritesTheSameToStdoutAndToAFile) {
   const auto lines = std::count(to_stdout.out.begin(), to_stdout.out.end(), '\n');
   const std::string exact = slurp(root() / "set/observations_exact.csv");
   EXPECT_GT(lines, std::count(exact.begin(), exact.end(), '\n') * 8 / 10);
-  EXPECT_NE(to_stdout.err.find("OK: 6 of 6 pictures"), std::string::npos) << to_stdout.err;
+  EXPECT_HAS(to_stdout.err, "OK: 6 of 6 pictures");
 
   const Outcome pictures =
       run("detect --target " + path("set/target.yaml") + " " + path("set/images") + "/*.png");
@@ -109,8 +109,7 @@ TEST_F(Cli, DetectThatFindsNothingSaysSoAndIsNoError) {
       run("detect --target " + path("set/target.yaml") + " " + path("black.pgm"));
   EXPECT_EQ(outcome.exit_code, 0);
   EXPECT_EQ(std::count(outcome.out.begin(), outcome.out.end(), '\n'), 1);
-  EXPECT_NE(outcome.err.find("NOTHING FOUND: the target is not in the picture"), std::string::npos)
-      << outcome.err;
+  EXPECT_HAS(outcome.err, "NOTHING FOUND: the target is not in the picture");
 }
 
 TEST_F(Cli, CalibratesWhatItRenderedAndPrintsOneJsonObject) {
@@ -175,8 +174,8 @@ TEST_F(Cli, ValidateJudgesTheTruthWhereItIsAsked) {
   const std::string file = slurp(camera);
   spill(unknown, file.substr(0, file.find("avg_reprojection_error")));
   const std::string without = "validate " + unknown + " --dataset " + path("set");
-  EXPECT_NE(run(without).out.find("not known"), std::string::npos);
-  EXPECT_EQ(run(without).out.find(" sd\n"), std::string::npos);
+  EXPECT_HAS(run(without).out, "not known");
+  EXPECT_LACKS(run(without).out, " sd\n");
   const Json fx = Json::parse(run(without + " --json").out)["parameters"][0];
   EXPECT_TRUE(fx["sigma"].is_null() && fx["in_sigmas"].is_null()) << fx;
   // The same answer, compared with a truth of another principal point.
@@ -187,7 +186,7 @@ TEST_F(Cli, ValidateJudgesTheTruthWhereItIsAsked) {
   const Outcome shown = run(command + wrong.string());
   EXPECT_EQ(shown.exit_code, 0) << shown.err;
   EXPECT_TRUE(shown.out.ends_with("OpenCV agrees\ntruth: 2 parameters beyond 5 sd\n")) << shown.out;
-  EXPECT_EQ(shown.out.find("passed"), std::string::npos);
+  EXPECT_LACKS(shown.out, "passed");
   EXPECT_EQ(run(command + wrong.string() + " --truth").exit_code, 1);
   const Outcome json = run(command + wrong.string() + " --truth --json");
   EXPECT_EQ(json.exit_code, 1);
@@ -205,7 +204,7 @@ TEST_F(Cli, TheSummaryNamesModelStatusAndParameters) {
       run("calibrate " + path("set") + observations + " --sigma-px 0.1 --model radial1");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
   for (const char* part : {"OK, 1 warning: radial1, ", "fx ", "+- ", "held", "rms ", "as stated"}) {
-    EXPECT_NE(outcome.out.find(part), std::string::npos) << part << "\n" << outcome.out;
+    EXPECT_HAS(outcome.out, part);
   }
 }
 
@@ -251,12 +250,11 @@ TEST_F(Cli, ABoardIsTrueToScale) {
   const std::string svg = path("board.svg");
   ASSERT_EQ(run("board " + path("set/target.yaml") + " --out " + svg).exit_code, 0);
   // 4 tags of 60 mm with 3 gaps of 18 mm, and two margins of 2 cells of 7.5 mm.
-  EXPECT_NE(slurp(svg).find("width=\"324.0000mm\""), std::string::npos);
+  EXPECT_HAS(slurp(svg), "width=\"324.0000mm\"");
   const std::string png = path("board.png");
   ASSERT_EQ(run("board " + path("set/target.yaml") + " --dpi 127 --out " + png).exit_code, 0);
   // The file states its resolution: 5000 pixels per metre in both directions.
-  EXPECT_NE(slurp(png).find(std::string("pHYs\0\0\x13\x88\0\0\x13\x88\x01", 13)),
-            std::string::npos);
+  EXPECT_HAS(slurp(png), std::string("pHYs\0\0\x13\x88\0\0\x13\x88\x01", 13));
   const Outcome found = run("detect --target " + path("set/target.yaml") + " " + png);
   EXPECT_EQ(std::count(found.out.begin(), found.out.end(), '\n'), 1 + 12 * 4) << found.err;
   // Corner 0 of tag 0: 15 mm from the left, and 5 pixels a mm.

@@ -64,7 +64,7 @@ TEST_F(CliVideo, ALosslessOneHasTheCornersOfItsPictures) {
   const std::string of_video = answer(path("clip.mkv"));
   const std::string without_times =
       std::regex_replace(of_video, std::regex(",(time_s|\\d\\.\\d{6})\n"), "\n");
-  EXPECT_NE(of_video.find(",1.100000\n"), std::string::npos);
+  EXPECT_HAS(of_video, ",1.100000\n");
   EXPECT_EQ(std::regex_replace(without_times, std::regex("clip@000"), ""),
             std::regex_replace(of_pictures, std::regex("\\.png"), ""));
 }
@@ -78,7 +78,7 @@ TEST_F(CliVideo, ACalibrationIsWithinItsClaims) {
       run("validate " + path("camera.yaml") + " --dataset " + path("set") + " --truth");
   EXPECT_EQ(truth.exit_code, 0) << truth.out << truth.err;
   const std::string page = slurp(root() / "page.html");
-  EXPECT_NE(page.find(R"("image":"clip@000003","time_s":0.3,)"), std::string::npos);
+  EXPECT_HAS(page, R"("image":"clip@000003","time_s":0.3,)");
 }
 
 TEST_F(CliVideo, TheReadoutOfARollingShutterIsFound) {
@@ -92,8 +92,8 @@ TEST_F(CliVideo, TheReadoutOfARollingShutterIsFound) {
   const auto readout = nlohmann::json::parse(out.out)["readout"];
   EXPECT_NEAR(readout["ms"], 20, 3 * readout["sigma_ms"].get<double>());
   EXPECT_LT(readout["sigma_ms"], 0.5);
-  EXPECT_NE(slurp(root() / "page.html").find(R"("readout":{"ms":)"), std::string::npos);
-  EXPECT_NE(run(command + path("clip.mkv")).out.find("\nreadout    "), std::string::npos);
+  EXPECT_HAS(slurp(root() / "page.html"), R"("readout":{"ms":)");
+  EXPECT_HAS(run(command + path("clip.mkv")).out, "\nreadout    ");
   // So it is without being asked for, also from the neighbours of a few frames.
   for (const std::string frames : {"", " --frames every:3"}) {
     const Outcome found = run("calibrate --target " + path("set/target.yaml") +
@@ -125,8 +125,7 @@ TEST_F(CliVideo, TheReadoutOfARollingShutterIsFound) {
   EXPECT_NEAR(of_both["ms"], 20, 3 * of_both["sigma_ms"].get<double>());
   const Outcome pictures = run(command + path("set/images"));
   EXPECT_EQ(pictures.exit_code, 2);
-  EXPECT_NE(pictures.err.find("--shutter rolling: needs a time for each picture"),
-            std::string::npos);
+  EXPECT_HAS(pictures.err, "--shutter rolling: needs a time for each picture");
 }
 
 // Two cameras at one place, of different lenses.
@@ -148,9 +147,9 @@ TEST_F(CliVideo, TheReadoutsOfARigAreFound) {
                   4 * f["sigma"].get<double>());
     }
     EXPECT_EQ(rig["num_paired"], option.ends_with("3") ? 8 : 24);
-    EXPECT_NE(slurp(root() / "page.html").find(R"("readout":{"ms":)"), std::string::npos);
+    EXPECT_HAS(slurp(root() / "page.html"), R"("readout":{"ms":)");
   }
-  EXPECT_NE(run(command).out.find("\nleft.mkv: readout "), std::string::npos);
+  EXPECT_HAS(run(command).out, "\nleft.mkv: readout ");
   const Outcome global = run(command + " --shutter global --json");
   for (const auto& camera : nlohmann::json::parse(global.out)["cameras"])
     EXPECT_TRUE(camera["readout"].is_null());
@@ -182,7 +181,7 @@ TEST_F(CliVideo, APipeIsAVideo) {
                                 path("said.txt");
     ASSERT_EQ(std::system(command.c_str()), 0) << slurp(root() / "said.txt");
     const std::string piped = slurp(root() / "piped.csv");
-    EXPECT_NE(piped.find("stdin@000011,"), std::string::npos) << piped.substr(0, 300);
+    EXPECT_HAS(piped, "stdin@000011,");
     // Y4M loses nothing.
     if (kind.starts_with("yuv")) {
       EXPECT_EQ(std::regex_replace(piped, std::regex("stdin@"), "clip@"), of_video);
@@ -194,21 +193,21 @@ TEST_F(CliVideo, APipeIsAVideo) {
                                 " detect - --target " + path("set/target.yaml") + " 2>" +
                                 path("said.txt");
     EXPECT_NE(std::system(command.c_str()), 0);
-    EXPECT_NE(slurp(root() / "said.txt").find(message), std::string::npos);
+    EXPECT_HAS(slurp(root() / "said.txt"), message);
   }
 }
 
 TEST_F(CliVideo, FramesAreChosen) {
   encode("clip.mkv", "-c:v ffv1 -pix_fmt gray");
   const std::string some = answer(path("clip.mkv"), "--frames every:5");
-  EXPECT_NE(said_.find("3 of 12 frames are taken"), std::string::npos) << said_;
-  EXPECT_NE(some.find("clip@000010,"), std::string::npos);
-  EXPECT_EQ(some.find("clip@000004,"), std::string::npos);
+  EXPECT_HAS(said_, "3 of 12 frames are taken");
+  EXPECT_HAS(some, "clip@000010,");
+  EXPECT_LACKS(some, "clip@000004,");
   spill(root() / "frames.txt", "# the good ones\n7\n2\n");
   const std::string two = answer(path("clip.mkv"), "--frames " + path("frames.txt"));
-  EXPECT_NE(two.find("clip@000007,"), std::string::npos);
-  EXPECT_EQ(two.find("clip@000000,"), std::string::npos);
-  EXPECT_NE(answer(path("clip.mkv") + "@000009").find("clip@000009,"), std::string::npos);
+  EXPECT_HAS(two, "clip@000007,");
+  EXPECT_LACKS(two, "clip@000000,");
+  EXPECT_HAS(answer(path("clip.mkv") + "@000009"), "clip@000009,");
 }
 
 TEST_F(CliVideo, BadInputIsOneLine) {
@@ -227,7 +226,7 @@ TEST_F(CliVideo, BadInputIsOneLine) {
     const Outcome out = run("detect " + arguments + " --target " + path("set/target.yaml") +
                             " --out " + path("none.csv"));
     EXPECT_EQ(out.exit_code, 2) << arguments << out.err;
-    EXPECT_NE(out.err.find(message), std::string::npos) << out.err;
+    EXPECT_HAS(out.err, message);
     EXPECT_EQ(std::ranges::count(out.err, '\n'), 1) << out.err;
     EXPECT_FALSE(fs::exists(root() / "none.csv"));
   }
@@ -266,9 +265,7 @@ TEST_F(CliVideo, ALiveOneIsWatched) {
                            .c_str());
   };
   EXPECT_NE(watched("restless.mjpeg", ""), 0);
-  EXPECT_NE(slurp(root() / "said.txt").find("hold the board still after each move"),
-            std::string::npos)
-      << slurp(root() / "said.txt");
+  EXPECT_HAS(slurp(root() / "said.txt"), "hold the board still after each move");
   ASSERT_EQ(watched("live.mjpeg", "--keep " + path("kept")), 0) << slurp(root() / "said.txt");
   const auto kept_in = [&](const std::string& folder) {
     std::vector<std::string> kept;
@@ -279,7 +276,7 @@ TEST_F(CliVideo, ALiveOneIsWatched) {
   };
   EXPECT_EQ(kept_in("kept"), rests);
   const std::string said = slurp(root() / "said.txt");
-  EXPECT_NE(said.find("the video has ended"), std::string::npos) << said;
+  EXPECT_HAS(said, "the video has ended");
   ASSERT_EQ(run("calibrate " + path("kept") + " --target " + path("walk/target.yaml") + " --out " +
                 path("again.yaml"))
                 .exit_code,
@@ -314,7 +311,7 @@ TEST_F(CliVideo, ALiveOneIsWatched) {
     }
   }
   EXPECT_NE(watched("live.mjpeg", "--keep " + path("kept")), 0);  // it exists
-  EXPECT_NE(slurp(root() / "said.txt").find("give a new folder"), std::string::npos);
+  EXPECT_HAS(slurp(root() / "said.txt"), "give a new folder");
   spill(root() / "deep.y4m", "YUV4MPEG2 W64 H48 F30:1 C420p10\nFRAME\n");
   spill(root() / "empty.y4m", "YUV4MPEG2 W0 H48\nFRAME\n");
   spill(root() / "other.y4m", "YUV4MPEG2 W1 H1 Cmono\nFRAME\nxGRAME\n");
@@ -329,8 +326,7 @@ TEST_F(CliVideo, ALiveOneIsWatched) {
                                        path("said.txt") + " 2>&1")
                                           .c_str())),
               2);
-    EXPECT_NE(slurp(root() / "said.txt").find(message), std::string::npos)
-        << slurp(root() / "said.txt");
+    EXPECT_HAS(slurp(root() / "said.txt"), message);
   }
 }
 

@@ -229,8 +229,7 @@ class ViewDrawing : public Cli {
   }
 
   void expect_named(const std::vector<std::string>& names) const {
-    for (const std::string& name : names)
-      EXPECT_NE(drawing_->svg().find(">" + name + "</text>"), std::string::npos) << name;
+    for (const std::string& name : names) EXPECT_HAS(drawing_->svg(), ">" + name + "</text>");
   }
 
   Json answer_;
@@ -260,13 +259,12 @@ TEST_F(ViewDrawing, NearAndFarMoveTheirPlanes) {
   view(kDoorway + " --at 0:2 --near 0.5 --far 1000");
   EXPECT_TRUE(drawing_->has("near"));
   EXPECT_FALSE(drawing_->has("far"));
-  EXPECT_NE(drawing_->svg().find("far plane at 1000 m: beyond the drawing"), std::string::npos);
+  EXPECT_HAS(drawing_->svg(), "far plane at 1000 m: beyond the drawing");
   expect_positions();
   expect_names_apart();
   view(kDoorway + " --at 0:2 --near 50 --far 100");
   EXPECT_FALSE(drawing_->has("near"));
-  EXPECT_NE(drawing_->svg().find("near plane at 50 m, far plane at 100 m: beyond"),
-            std::string::npos);
+  EXPECT_HAS(drawing_->svg(), "near plane at 50 m, far plane at 100 m: beyond");
 }
 
 TEST_F(ViewDrawing, ScenesOfAllKinds) {
@@ -291,8 +289,7 @@ TEST_F(ViewDrawing, ScenesOfAllKinds) {
   view(path("frames.yaml"));
   expect_named({"table", "a&lt;b", "cuboid 0"});
   view(path("wide.yaml"));
-  EXPECT_NE(drawing_->svg().find("of the pinhole with the same focal length on the axis"),
-            std::string::npos);
+  EXPECT_HAS(drawing_->svg(), "of the pinhole with the same focal length on the axis");
 }
 
 }  // namespace

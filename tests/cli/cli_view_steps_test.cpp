@@ -115,12 +115,12 @@ TEST_F(Cli, TheStepsPlaceTheCamera) {
   }
   const std::string text = run("view " + path("hung.yaml") + " --at 0:0 --steps").out;
   for (const char* part : {"frames_of_board", "phigs", "three-point", "aircraft"})
-    EXPECT_NE(text.find(part), std::string::npos) << part;
-  EXPECT_EQ(text.find("gimbal lock"), std::string::npos);
-  EXPECT_EQ(text.find("-0.000000"), std::string::npos);
+    EXPECT_HAS(text, part);
+  EXPECT_LACKS(text, "gimbal lock");
+  EXPECT_LACKS(text, "-0.000000");
   spill(root() / "down.yaml", replaced(scene, "elevation_deg: 30", "elevation_deg: 90"));
   const std::string down = run("view " + path("down.yaml") + " --at 0:0 --steps").out;
-  EXPECT_NE(down.find("gimbal lock"), std::string::npos);
+  EXPECT_HAS(down, "gimbal lock");
 }
 
 TEST_F(Cli, TheStepsFindTheMatricesFromMatchedCornersAndByThreeMoves) {
@@ -194,11 +194,11 @@ TEST_F(Cli, TheStepsTurnACameraOfGraphics) {
 TEST_F(Cli, ViewSaysWhyACameraSeesWhatARendererDoesNotDraw) {
   const std::string doorway = "view " + kSource + "/data-synthetic/scenes/doorway.yaml --at 0:2 ";
   const std::string far = run(doorway + "--near 1 --far 3").out;
-  EXPECT_NE(far.find("outside the volume: beyond far"), std::string::npos);
-  EXPECT_NE(far.find("only a renderer has near and far planes"), std::string::npos);
+  EXPECT_HAS(far, "outside the volume: beyond far");
+  EXPECT_HAS(far, "only a renderer has near and far planes");
   const std::string inside = run(doorway + "--near 1 --far 10").out;
-  EXPECT_EQ(inside.find("only a renderer"), std::string::npos);
-  EXPECT_EQ(inside.find("-0.000000"), std::string::npos);
+  EXPECT_LACKS(inside, "only a renderer");
+  EXPECT_LACKS(inside, "-0.000000");
 }
 
 TEST_F(Cli, ViewOfACalibrationAndOfADataSet) {
@@ -211,7 +211,7 @@ TEST_F(Cli, ViewOfACalibrationAndOfADataSet) {
   EXPECT_NEAR(camera["opengl"]["camera_from_projection"]["cy"], 391.7, 1e-9);
   const std::string snippet = run("view " + path("camera.yaml") + " --opengl").out;
   for (const char* part : {"glLoadMatrixd(projection)", "has distortion", "glViewport(0, 0, 1280"})
-    EXPECT_NE(snippet.find(part), std::string::npos) << part;
+    EXPECT_HAS(snippet, part);
   // The truth's pose and that of the exact corners through the truth's camera agree.
   const Json scene = Json::parse(run("view " + path("scene.yaml") + " --view 3 --json").out);
   const Json truth = Json::parse(run("view " + path("set") + " --view 3 --json").out);

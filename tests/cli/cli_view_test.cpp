@@ -82,8 +82,8 @@ TEST_F(Cli, TheDrawingOnThePageIsTheCommands) {
             std::count(outcome.out.begin(), outcome.out.end(), '\n'));
   for (const std::string part :
        {"raster (open circle): (369.5000, 189.5000) px", "seen", "</svg>"}) {
-    EXPECT_NE(page.find(part), std::string::npos);
-    EXPECT_NE(outcome.out.find(part), std::string::npos);
+    EXPECT_HAS(page, part);
+    EXPECT_HAS(outcome.out, part);
   }
 }
 

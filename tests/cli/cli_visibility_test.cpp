@@ -58,9 +58,9 @@ views: 4
 )",
                    72);
   const std::string view = "view " + path("cut.yaml") + " --at ";
-  EXPECT_NE(run(view + "5:0").out.find("not seen: hidden by occluder 0"), std::string::npos);
-  EXPECT_NE(run(view + "5:0 --json").out.find("\"hidden_by\": \"occluder 0\""), std::string::npos);
-  EXPECT_NE(run(view + "0:0 --json").out.find("\"hidden_by\": null"), std::string::npos);
+  EXPECT_HAS(run(view + "5:0").out, "not seen: hidden by occluder 0");
+  EXPECT_HAS(run(view + "5:0 --json").out, "\"hidden_by\": \"occluder 0\"");
+  EXPECT_HAS(run(view + "0:0 --json").out, "\"hidden_by\": null");
 }
 
 TEST_F(CliVisibility, TwoBoardsCrossLikeAnX) {

@@ -221,8 +221,8 @@ TEST_F(Watch, FollowsAFolderUntilItIsGone) {
   fs::remove_all(root() / "photos");
   const Outcome outcome = finished();
   EXPECT_EQ(outcome.exit_code, 1) << outcome.out << outcome.err;
-  EXPECT_NE(outcome.out.find("the folder is gone"), std::string::npos) << outcome.out;
-  EXPECT_NE(outcome.out.find("GOAL NOT MET"), std::string::npos) << outcome.out;
+  EXPECT_HAS(outcome.out, "the folder is gone");
+  EXPECT_HAS(outcome.out, "GOAL NOT MET");
   EXPECT_EQ(lines_of(outcome.out, "001.png"), 0) << outcome.out;  // its bytes are still there
   EXPECT_EQ(slurp(root() / "camera.yaml"), camera);
   std::istringstream lines(outcome.out);
@@ -239,8 +239,8 @@ TEST_F(Watch, EndsOnceTheGoalIsMet) {
   start("--until 5px");
   const Outcome outcome = finished();
   EXPECT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
-  EXPECT_NE(outcome.out.find("GOAL MET"), std::string::npos) << outcome.out;
-  EXPECT_NE(outcome.err.find("wrote " + path("camera.yaml")), std::string::npos) << outcome.err;
+  EXPECT_HAS(outcome.out, "GOAL MET");
+  EXPECT_HAS(outcome.err, "wrote " + path("camera.yaml"));
   ASSERT_EQ(run("calibrate --target " + path("set/target.yaml") + " " + path("photos") +
                 " --no-cache --out " + path("same.yaml"))
                 .exit_code,
@@ -254,9 +254,9 @@ TEST_F(Watch, TheGoalNeedsCornersEverywhere) {
   start("--until 1000px --timeout 1");
   const Outcome outcome = finished();
   EXPECT_EQ(outcome.exit_code, 1) << outcome.out << outcome.err;
-  EXPECT_NE(outcome.out.find("next: show the board in the "), std::string::npos) << outcome.out;
-  EXPECT_NE(outcome.out.find("GOAL NOT MET: there are no corners in the "), std::string::npos);
-  EXPECT_NE(outcome.out.find("no new picture for 1 s"), std::string::npos) << outcome.out;
+  EXPECT_HAS(outcome.out, "next: show the board in the ");
+  EXPECT_HAS(outcome.out, "GOAL NOT MET: there are no corners in the ");
+  EXPECT_HAS(outcome.out, "no new picture for 1 s");
 }
 
 // A picture of another size counts once all others are gone; a file that is written again counts
@@ -280,7 +280,7 @@ TEST_F(Watch, AnInterruptionLeavesTheCalibration) {
   wait_for("watching ");
   const Outcome empty = interrupted();
   EXPECT_EQ(empty.exit_code, 3);
-  EXPECT_NE(empty.out.find("NO ANSWER"), std::string::npos) << empty.out;
+  EXPECT_HAS(empty.out, "NO ANSWER");
   EXPECT_FALSE(fs::exists(root() / "camera.yaml"));
   for (int i = 0; i < 4; ++i) fs::copy(picture(i), photo(picture(i).filename().string()));
   start("--model f");
@@ -288,7 +288,7 @@ TEST_F(Watch, AnInterruptionLeavesTheCalibration) {
   wait_for("next: ");
   const Outcome outcome = interrupted();
   EXPECT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
-  EXPECT_NE(slurp(root() / "camera.yaml").find("camera_matrix"), std::string::npos);
+  EXPECT_HAS(slurp(root() / "camera.yaml"), "camera_matrix");
 }
 
 const char* const kRig = R"(
@@ -330,9 +330,8 @@ TEST_F(Watch, FollowsTheFoldersOfARig) {
   const Outcome outcome = finished();
   EXPECT_EQ(outcome.exit_code, 1) << outcome.out << outcome.err;
   EXPECT_EQ(lines_of(outcome.out, "left/007.png"), 1) << outcome.out;
-  EXPECT_NE(outcome.out.find("GOAL NOT MET: the places of left and right"), std::string::npos)
-      << outcome.out;
-  EXPECT_NE(outcome.out.find("no new picture for 2 s"), std::string::npos) << outcome.out;
+  EXPECT_HAS(outcome.out, "GOAL NOT MET: the places of left and right");
+  EXPECT_HAS(outcome.out, "no new picture for 2 s");
   ASSERT_EQ(run("rig " + folders + " --out " + path("same.yaml")).exit_code, 0);
   EXPECT_EQ(slurp(root() / "watched.yaml"), slurp(root() / "same.yaml"));
 
@@ -351,16 +350,14 @@ TEST_F(Watch, FollowsTheFoldersOfARig) {
   for (const char* const part :
        {"left: 9 pictures", "left: 6 pictures have the same bytes as others",
         "left/IMG_1.CR3  not read: ", "! left: twice.png: not used, it repeats 000.png"})
-    EXPECT_NE(json.err.find(part), std::string::npos) << part << "\n" << json.err;
+    EXPECT_HAS(json.err, part);
 
   fs::remove_all(root() / "cameras/right");
   fs::copy(root() / "cameras/left", root() / "cameras/right");
   launch(folders + " --rig --timeout 0.5 --out " + path("none.yaml"));
   const Outcome same = finished();
   EXPECT_EQ(same.exit_code, 3) << same.out << same.err;
-  EXPECT_NE(same.out.find("NO ANSWER: left and right: 000.png and 000.png are the same picture"),
-            std::string::npos)
-      << same.out;
+  EXPECT_HAS(same.out, "NO ANSWER: left and right: 000.png and 000.png are the same picture");
   EXPECT_FALSE(fs::exists(root() / "none.yaml"));
 }
 

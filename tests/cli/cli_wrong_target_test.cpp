@@ -60,7 +60,7 @@ class CliWrongTarget : public Cli {
     const Outcome refused = run("calibrate --target " + path("wrong.yaml") + rest);
     SCOPED_TRACE(changed + refused.out + refused.err);
     EXPECT_EQ(refused.exit_code, 3);
-    EXPECT_NE(refused.out.find(wrong.says), std::string::npos);
+    EXPECT_HAS(refused.out, wrong.says);
     const std::size_t at = refused.out.find(wrong.says);
     ASSERT_NE(at, std::string::npos);
     const std::string message = refused.out.substr(at, refused.out.find('"', at) - at) + "\n";
@@ -69,7 +69,7 @@ class CliWrongTarget : public Cli {
     EXPECT_EQ(helped.exit_code, 0) << slurp(root() / "mended.yaml") << helped.out << helped.err;
     const Outcome detected =
         run("detect --target " + path("wrong.yaml") + " " + path(set + "/images"));
-    EXPECT_NE(detected.err.find(wrong.says), std::string::npos) << detected.err;
+    EXPECT_HAS(detected.err, wrong.says);
   }
 };
 
@@ -86,7 +86,7 @@ TEST_F(CliWrongTarget, PosesSayIt) {
   for (const Json& view : views("tagSpacing: 0.3", "tagSpacing: 0.2")) {
     EXPECT_EQ(view["status"], "no_consensus") << view.dump();
     EXPECT_TRUE(view["camera_from_board"].is_null());
-    EXPECT_NE(view["warnings"].dump().find("wrong tag spacing"), std::string::npos);
+    EXPECT_HAS(view["warnings"].dump(), "wrong tag spacing");
   }
   for (const Json& view : views("tagCols: 4", "tagCols: 3")) {
     EXPECT_EQ(view["status"], "no_consensus") << view.dump();
@@ -101,8 +101,8 @@ TEST_F(CliWrongTarget, CheckTellsNothing) {
   const Outcome outcome = run("check --target " + path("wrong.yaml") + " " + path("set/images") +
                               " --camera " + path("set/truth.yaml"));
   EXPECT_EQ(outcome.exit_code, 3) << outcome.out;
-  EXPECT_NE(outcome.out.find("do not test"), std::string::npos) << outcome.out;
-  EXPECT_NE(outcome.out.find("wrong tag spacing"), std::string::npos) << outcome.out;
+  EXPECT_HAS(outcome.out, "do not test");
+  EXPECT_HAS(outcome.out, "wrong tag spacing");
 }
 
 TEST_F(CliWrongTarget, AprilGrids) {
@@ -133,7 +133,7 @@ TEST_F(CliWrongTarget, CharucoBoards) {
     spill(root() / "size.yaml", replaced(right, "markerSize: 0.03", wrong));
     const Outcome size =
         run("calibrate --target " + path("size.yaml") + " " + path("charuco/images") + " --json");
-    EXPECT_NE(size.out.find("wrong marker size: "), std::string::npos) << size.out;
+    EXPECT_HAS(size.out, "wrong marker size: ");
   }
 }
 
@@ -153,13 +153,12 @@ TEST_F(CliWrongTarget, MillimetresAreWarnedOfAndMayBeWritten) {
         std::regex_replace(right, std::regex("tagSize: [^\n]*"), "tagSize: 60"));
   const std::string rest = " " + path("set/images") + " --model f --json";
   const Outcome wide = run("calibrate --target " + path("mm.yaml") + rest);
-  EXPECT_NE(wide.out.find("m wide: lengths are in metres; write 30mm"), std::string::npos)
-      << wide.out;
+  EXPECT_HAS(wide.out, "m wide: lengths are in metres; write 30mm");
   spill(root() / "mm.yaml",
         std::regex_replace(right, std::regex("tagSize: [^\n]*"), "tagSize: 60mm"));
   const Outcome fine = run("calibrate --target " + path("mm.yaml") + rest + " --distance 500mm");
   EXPECT_EQ(fine.exit_code, 0) << fine.err;
-  EXPECT_EQ(fine.out.find("m wide"), std::string::npos);
+  EXPECT_LACKS(fine.out, "m wide");
   expect_bad_input("calibrate " + path("set") + " --distance 3miles", {"--distance", "30mm"});
 }
 

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
+#include "expect.hpp"
 #include "markers_of_opencv.hpp"
 #include "rendered_checkerboard.hpp"
 #include "tagcal/detect/checker_search/checker_corners.hpp"
@@ -186,7 +187,7 @@ TEST(Checkerboards, BoardsThatLookTheSameAfterATurnAreSaidToBeAmbiguous) {
     const std::vector<DetectedPicture> found = detect_all(images, {{upright.board, Pose()}});
     const auto warnings = board_warnings({{upright.board, Pose()}}, {});
     ASSERT_EQ(warnings.size(), 1U);
-    EXPECT_NE(warnings[0].find(turn), std::string::npos) << warnings[0];
+    EXPECT_HAS(warnings[0], turn);
     const auto last = static_cast<std::size_t>(columns * rows);
     ASSERT_EQ(found[0].view.observations.size(), last);
     EXPECT_LT(nees(found[0].view, upright), 2);
@@ -206,11 +207,10 @@ TEST(Checkerboards, PartsAndOtherBoardsAreNotReported) {
   const DetectedPicture picture = found(view);
   EXPECT_TRUE(picture.view.observations.empty());
   ASSERT_EQ(picture.warnings.size(), 1U);
-  EXPECT_NE(picture.warnings[0].find("is not seen whole: the largest grid has"), std::string::npos)
-      << picture.warnings[0];
+  EXPECT_HAS(picture.warnings[0], "is not seen whole: the largest grid has");
   const Explanation why = explain(view.image, {{view.board, Pose()}});
   ASSERT_EQ(why.checkerboards.size(), 1U);
-  EXPECT_NE(why.checkerboards[0].find("not seen whole"), std::string::npos);
+  EXPECT_HAS(why.checkerboards[0], "not seen whole");
 }
 
 TEST(Checkerboards, AreNotFoundWhereThereIsNone) {

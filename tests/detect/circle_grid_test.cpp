@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <numbers>
 
+#include "expect.hpp"
 #include "rendered_checkerboard.hpp"
 #include "tagcal/detect/detector.hpp"
 #include "tagcal/detect/explain.hpp"
@@ -145,7 +146,7 @@ TEST(CircleGrids, BoardsThatLookTheSameAfterATurnAreSaidToBeAmbiguous) {
     const DetectedPicture picture = found(turned);
     const auto warnings = board_warnings({{board, Pose()}}, {});
     ASSERT_EQ(warnings.size(), 1U);
-    EXPECT_NE(warnings[0].find(turn), std::string::npos) << warnings[0];
+    EXPECT_HAS(warnings[0], turn);
     const std::vector<Observation>& seen = picture.view.observations;
     ASSERT_EQ(seen.size(), target_points(board).size());
     EXPECT_LT((seen[0].pixel - turned.corners.rbegin()->second).norm(), 0.3);

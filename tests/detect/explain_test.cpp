@@ -7,9 +7,9 @@
 #include <numbers>
 #include <tuple>
 
+#include "expect.hpp"
 #include "tagcal/detect/detector.hpp"
 #include "tagcal/detect/families.hpp"
-#include "tagcal/error.hpp"
 #include "tagcal/scene/render.hpp"
 
 namespace tagcal {
@@ -158,11 +158,11 @@ TEST(Explain, SpacingInMetresIsNamed) {
   const Image8 image = picture_of(grid_of("tag36h11", 2));
   const Explanation e = explained(image, grid_of("tag36h11", 2, 0.018));
   ASSERT_EQ(e.mistakes.size(), 1u);
-  EXPECT_NE(e.mistakes[0].find("0.30 of a tag's side"), std::string::npos) << e.mistakes[0];
-  EXPECT_NE(e.mistakes[0].find("looks like metres"), std::string::npos) << e.mistakes[0];
+  EXPECT_HAS(e.mistakes[0], "0.30 of a tag's side");
+  EXPECT_HAS(e.mistakes[0], "looks like metres");
   const Explanation other = explained(image, grid_of("tag36h11", 2, 0.5));
   ASSERT_EQ(other.mistakes.size(), 1u);
-  EXPECT_EQ(other.mistakes[0].find("metres"), std::string::npos) << other.mistakes[0];
+  EXPECT_LACKS(other.mistakes[0], "metres");
 }
 
 // An AprilGrid of 4 x 3 tags, with other numbers of tags in the file; then ChArUco boards.
@@ -176,7 +176,7 @@ TEST(Explain, WrongColumns) {
     EXPECT_TRUE(e.mistakes[0].ends_with("write tagCols: 4")) << e.mistakes[0];
     const Detected set = detected({image, image}, wrong);
     ASSERT_FALSE(set.warnings.empty());
-    EXPECT_NE(set.warnings[0].find("write tagCols: 4"), std::string::npos) << set.warnings[0];
+    EXPECT_HAS(set.warnings[0], "write tagCols: 4");
   }
 }
 
@@ -205,7 +205,7 @@ TEST(Explain, WrongCharucoBoards) {
     const Explanation e = explained(image, make_board(wrong.file));
     ASSERT_EQ(e.mistakes.size(), 1u) << wrong.start;
     EXPECT_TRUE(e.mistakes[0].starts_with(wrong.start)) << e.mistakes[0];
-    EXPECT_TRUE(e.mistakes[0].find(wrong.end) != std::string::npos) << e.mistakes[0];
+    EXPECT_HAS(e.mistakes[0], wrong.end);
     const Detected set = detected({image}, make_board(wrong.file));
     EXPECT_TRUE(std::ranges::any_of(set.warnings, [&](const std::string& warning) {
       return warning.find(wrong.start) != std::string::npos;
@@ -281,7 +281,7 @@ TEST(WrongRows, AreNamedIfPicturesHaveRoomForThem) {
     const auto said =
         warnings(tags, make_board(AprilGrid{4, 3 + more, 0.06, 0.3, 0, "tag36h11", 1, false}));
     ASSERT_EQ(said.size(), 1U) << more;
-    EXPECT_NE(said[0].find("wrong rows: the pictures show 3 of the"), std::string::npos);
+    EXPECT_HAS(said[0], "wrong rows: the pictures show 3 of the");
     EXPECT_TRUE(said[0].ends_with("write tagRows: 3")) << said[0];
   }
   EXPECT_TRUE(warnings(tags, grid_of("tag36h11", 1)).empty());
@@ -301,7 +301,7 @@ TEST(WrongRows, OfCharucoBoardsAreThoseOfThePictures) {
       ASSERT_EQ(said.size(), 1U) << rows;
       const std::string start =
           "wrong rows: the pictures show 6 of the " + std::to_string(rows) + " rows of squares";
-      EXPECT_NE(said[0].find(start), std::string::npos) << said[0];
+      EXPECT_HAS(said[0], start);
       EXPECT_TRUE(said[0].ends_with("write squareRows: 6")) << said[0];
     }
   }
@@ -339,7 +339,7 @@ TEST(Explain, WrongSizesOfCheckerboards) {
     const Detected set = detected({image, image, image}, wrong);
     ASSERT_FALSE(set.warnings.empty()) << columns;
     const std::string& warning = set.warnings[set.warnings.size() - 1];
-    EXPECT_NE(warning.find("write targetCols: 6, targetRows: 5"), std::string::npos) << warning;
+    EXPECT_HAS(warning, "write targetCols: 6, targetRows: 5");
     EXPECT_EQ(warning.find("squares") != std::string::npos, columns == 7) << warning;
   }
   // One picture with a part of the board is no mistake.

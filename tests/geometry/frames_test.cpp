@@ -5,7 +5,7 @@
 #include <limits>
 #include <numbers>
 
-#include "tagcal/error.hpp"
+#include "expect.hpp"
 #include "tagcal/geometry/viewpoint.hpp"
 #include "tagcal/random.hpp"
 
@@ -15,16 +15,6 @@ namespace {
 using Eigen::Matrix4d;
 using Eigen::Vector3d;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-
-template <typename Action>
-std::string error_of(const Action& action) {
-  try {
-    action();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "no error";
-}
 
 Pose random_pose(Random& random) {
   const Vector3d turn(random.normal(), random.normal(), random.normal());
@@ -101,8 +91,8 @@ TEST(Frames, AffineOnesStretchAndAShadowHasAWayOutButNoneIn) {
   EXPECT_LT((frames.a_from_b("world", "part").matrix() - expected.matrix()).norm(), 1e-15);
   EXPECT_TRUE((frames.a_from_b("part", "world") * expected).matrix().isIdentity(1e-15));
   EXPECT_EQ(frames.a_from_b("world", "shadow") * Vector3d(1, 2, 3), Vector3d(1, 2, 0));
-  EXPECT_EQ(error_of([&] { frames.a_from_b("shadow", "part"); }),
-            "frames: 'shadow' cannot be reached from outside: its transform has no inverse");
+  EXPECT_ERROR(frames.a_from_b("shadow", "part"),
+               "frames: 'shadow' cannot be reached from outside: its transform has no inverse");
 }
 
 TEST(Frames, CyclesUnknownAndTakenNamesAreErrorsThatSayWhich) {
@@ -124,14 +114,8 @@ TEST(Frames, CyclesUnknownAndTakenNamesAreErrorsThatSayWhich) {
 
 TEST(Frames, AnErrorLeavesTheHierarchyAsItWas) {
   Frames<Pose> frames("W", {{"a", "W", translation({1, 0, 0})}, {"b", "a", {}}, {"c", "b", {}}});
-  EXPECT_EQ(error_of([&] {
-              frames.move({"a", "c", {}});
-            }),
-            "frames: 'a' hangs on itself: a on c on b on a");
-  EXPECT_EQ(error_of([&] {
-              frames.move({"W", "c", {}});
-            }),
-            "frames: 'W' is the root and hangs on no other frame");
+  EXPECT_ERROR(frames.move({"a", "c", {}}), "frames: 'a' hangs on itself: a on c on b on a");
+  EXPECT_ERROR(frames.move({"W", "c", {}}), "frames: 'W' is the root and hangs on no other frame");
   EXPECT_THROW(frames.move("W", {}), Error);
   EXPECT_THROW(frames.move("a", {Eigen::Quaterniond(1, 0, 0, 0), Vector3d(0, kNan, 0)}), Error);
   EXPECT_THROW(frames.add({"b", "W", {}}), Error);
@@ -175,7 +159,7 @@ TEST(MatrixStack, PlacesAnAircraftByEightCalls) {
 
 TEST(MatrixStack, PopOfAnEmptyOneAndASingularMatrixAreErrors) {
   MatrixStack stack;
-  EXPECT_EQ(error_of([&] { stack.pop(); }), "matrix stack: pop of an empty stack");
+  EXPECT_ERROR(stack.pop(), "matrix stack: pop of an empty stack");
   EXPECT_THROW(stack.multiply(scaling({1, 0, 1})), Error);
   EXPECT_THROW(stack.multiply(Pose({1, 0, 0, 0}, Vector3d(kNan, 0, 0))), Error);
   EXPECT_TRUE(stack.matrix().matrix().isIdentity(0));

@@ -79,8 +79,8 @@ TEST_F(CameraFileTest, StereoPairWithoutAnImageSize) {
   EXPECT_TRUE(error_of([&] {
                 usable_camera(left, "L");
               }).starts_with("L: image_width: the key is missing"));
-  EXPECT_EQ(error_of([&] { write_camera_file(folder_ / "o", left, "ros"); }),
-            (folder_ / "o").string() + ": the image size is not known: give it by --image-size");
+  EXPECT_ERROR(write_camera_file(folder_ / "o", left, "ros"),
+               (folder_ / "o").string() + ": the image size is not known: give it by --image-size");
   EXPECT_FALSE(fs::exists(folder_ / "o"));
 }
 
@@ -202,11 +202,11 @@ TEST_F(CameraFileTest, BasaltsCameras) {
   const std::string sphere = path.string() + ":cam1";
   const CameraFile one = read_one_camera(sphere);
   EXPECT_TRUE(std::holds_alternative<DoubleSphere>(usable_camera(one, sphere).camera.lens));
-  EXPECT_EQ(error_of([&] { read_one_camera(path.string()); }),
-            path.string() + ": has 3 cameras (cam0, cam1, cam2): choose one by " + path.string() +
-                ":cam0");
-  EXPECT_EQ(error_of([&] { read_one_camera(path.string() + ":left"); }),
-            path.string() + ": has no camera left, only cam0, cam1, cam2");
+  EXPECT_ERROR(read_one_camera(path.string()),
+               path.string() + ": has 3 cameras (cam0, cam1, cam2): choose one by " +
+                   path.string() + ":cam0");
+  EXPECT_ERROR(read_one_camera(path.string() + ":left"),
+               path.string() + ": has no camera left, only cam0, cam1, cam2");
 }
 
 TEST_F(CameraFileTest, TruthServesAsACamera) {
@@ -234,8 +234,7 @@ TEST_F(CameraFileTest, LensesThatAreNotHereAreRefusedByName) {
        "intrinsics"},
       {replaced(kBasalt, "\"kb4\"", "\"fov\""), "fov"},
       {replaced(kNerfstudio, "\"OPENCV\"", "\"EQUIRECTANGULAR\""), "EQUIRECTANGULAR"}};
-  for (const auto& [text, lens] : table)
-    EXPECT_NE(error(text).find(lens), std::string::npos) << error(text);
+  for (const auto& [text, lens] : table) EXPECT_HAS(error(text), lens);
 }
 
 TEST_F(CameraFileTest, BadFiles) {
@@ -264,8 +263,7 @@ TEST_F(CameraFileTest, BadFiles) {
       {replaced(kBasalt, "[[512, 512], ", "["), ": value0.resolution: must be a list of 3"},
       {replaced(kBasalt, "\"alpha\": 0.59", "\"beta\": 1"),
        ": value0.intrinsics[1].intrinsics.alpha: the key is missing"}};
-  for (const auto& [text, message] : table)
-    EXPECT_EQ(error(text).substr(0, message.size()), message) << error(text);
+  for (const auto& [text, message] : table) expect_line(error(text), message);
 }
 
 // Any mangled file is an Error of one line, or a camera.

@@ -51,14 +51,11 @@ TEST_F(CameraTexts, MessagesOfRos) {
   std::string ros1 = replaced(replaced(kMessage, "\nd:", "\nD:"), "\nk:", "\nK:");
   EXPECT_EQ(first(read(ros1), 6), expected);
   EXPECT_EQ(first(read(kMessage + kMessage), 6), expected);
-  EXPECT_NE(read(kMessage + kMessage).notes.back().find("after the first one"), std::string::npos);
-  EXPECT_NE(read(replaced(kMessage, "binning_x: 0", "binning_x: 2")).notes.back().find("--resize"),
-            std::string::npos);
-  EXPECT_NE(error(replaced(replaced(kMessage, "620.5", "0.0"), "620.7", "0.0"))
-                .find("k: has no focal length: this camera was not calibrated"),
-            std::string::npos);
-  EXPECT_NE(error(replaced(kMessage, "-0.0306", "1e-310")).find("d: has the number 1e-310"),
-            std::string::npos);
+  EXPECT_HAS(read(kMessage + kMessage).notes.back(), "after the first one");
+  EXPECT_HAS(read(replaced(kMessage, "binning_x: 0", "binning_x: 2")).notes.back(), "--resize");
+  EXPECT_HAS(error(replaced(replaced(kMessage, "620.5", "0.0"), "620.7", "0.0")),
+             "k: has no focal length: this camera was not calibrated");
+  EXPECT_HAS(error(replaced(kMessage, "-0.0306", "1e-310")), "d: has the number 1e-310");
 }
 
 // The camera of ROS is that of the whole picture, whatever the driver sends.
@@ -77,7 +74,7 @@ TEST_F(CameraTexts, PartsAndBinnedPicturesOfRosAreNoted) {
         "binning_x: 1\nbinning_y: 2\nroi:\n  x_offset: 320\n  y_offset: 240\n  height: 480\n"
         "  width: 640\n  do_rectify: false\n");
     ASSERT_EQ(part.size(), 2U);
-    EXPECT_NE(part[0].find("--crop 320,240,640x480"), std::string::npos) << part[0];
+    EXPECT_HAS(part[0], "--crop 320,240,640x480");
     EXPECT_TRUE(part[1].starts_with("binning_y: ")) << part[1];
     EXPECT_TRUE(notes("roi: {x_offset: 0, y_offset: 0, height: 0, width: 0}\n").empty());
     EXPECT_TRUE(notes("roi: {x_offset: 0, y_offset: 0, height: 800, width: 1280}\n").empty());
@@ -90,10 +87,9 @@ TEST_F(CameraTexts, TheIniFileOfRos) {
   EXPECT_EQ(file.cameras[0].name, "narrow_stereo");
   EXPECT_EQ(first(file, 7), (Numbers{533.7, 534.1, 342.8, 235.7, -0.289, 0.1, 0.001}));
   EXPECT_EQ(file.cameras[0].calibration.camera.image_size, (ImageSize{640, 480}));
-  EXPECT_NE(error(replaced(kIni, "533.7 0.000000 342.8\n", ""))
-                .find("camera matrix: must be a finite number, got distortion"),
-            std::string::npos);
-  EXPECT_NE(error(replaced(kIni, "\n640\n", "\nwide\n")).find("width"), std::string::npos);
+  EXPECT_HAS(error(replaced(kIni, "533.7 0.000000 342.8\n", "")),
+             "camera matrix: must be a finite number, got distortion");
+  EXPECT_HAS(error(replaced(kIni, "\n640\n", "\nwide\n")), "width");
 }
 
 TEST_F(CameraTexts, ChainsWithOtherNamesAndWithoutASize) {
@@ -112,10 +108,7 @@ TEST_F(CameraTexts, ChainsWithOtherNamesAndWithoutASize) {
 TEST_F(CameraTexts, AnglesNeedTheSizeOfThePictures) {
   const std::string angle =
       R"({"camera_angle_x": 0.7853981633974483, "aabb_scale": 16, "frames": []})";
-  EXPECT_NE(
-      error(angle).find("w: the key is missing: state the size of the pictures, --image-size"),
-      std::string::npos)
-      << error(angle);
+  EXPECT_HAS(error(angle), "w: the key is missing: state the size of the pictures, --image-size");
   const double f = 400 / std::tan(std::numbers::pi / 8);
   const CameraFile file = read(angle, {800, 800});
   EXPECT_EQ(file.cameras[0].calibration.camera.image_size, (ImageSize{800, 800}));
@@ -157,10 +150,9 @@ TEST_F(CameraTexts, ColmapsBinaryFiles) {
   }
   for (std::size_t size = 0; size < cameras.size(); size += 5) {
     const fs::path cut = write("cut/cameras.bin", cameras.substr(0, size));
-    EXPECT_NE(error_of([&] { read_camera_file(cut); }).find("is truncated"), std::string::npos);
+    EXPECT_HAS(error_of([&] { read_camera_file(cut); }), "is truncated");
   }
-  EXPECT_NE(error_of([&] { read_camera_file(write("images.bin", images)); }).find("cameras.bin"),
-            std::string::npos);
+  EXPECT_HAS(error_of([&] { read_camera_file(write("images.bin", images)); }), "cameras.bin");
 }
 
 }  // namespace

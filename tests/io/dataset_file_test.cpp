@@ -64,17 +64,14 @@ TEST_F(DatasetFile, MarkersHaveIdsOfTheirOwn) {
     return read_dataset(folder_);
   };
   EXPECT_EQ(read("[{file: c.yaml, first_id: 100}, d.yaml]").dataset.views.size(), 1U);
-  EXPECT_NE(error_of([&] { read("[c.yaml, d.yaml, e.yaml]"); })
-                .find("dataset.yaml: target: markers of DICT_4X4_50 must be unique over all "
-                      "boards, but marker 3 is on boards 0 and 2; give one of them another "
-                      "first_marker_id"),
-            std::string::npos);
+  EXPECT_HAS(error_of([&] { read("[c.yaml, d.yaml, e.yaml]"); }),
+             "dataset.yaml: target: markers of DICT_4X4_50 must be unique over all "
+             "boards, but marker 3 is on boards 0 and 2; give one of them another "
+             "first_marker_id");
   write("obs.csv", "image,tag_id,corner,x_px,y_px\na.png,204,0,1,2\n");  // a marker's id
-  EXPECT_NE(error_of([&] { read("d.yaml"); }).find("must be an id on the boards, got 204"),
-            std::string::npos);
+  EXPECT_HAS(error_of([&] { read("d.yaml"); }), "must be an id on the boards, got 204");
   write("obs.csv", "image,tag_id,corner,x_px,y_px\na.png,203,1,1,2\n");
-  EXPECT_NE(error_of([&] { read("d.yaml"); }).find("corner: must be 0 for a point, got 1"),
-            std::string::npos);
+  EXPECT_HAS(error_of([&] { read("d.yaml"); }), "corner: must be 0 for a point, got 1");
 }
 
 TEST_F(DatasetFile, BadDatasets) {
@@ -109,8 +106,8 @@ TEST_F(DatasetFile, BadDatasets) {
         "dataset.yaml: line 2: image_size: the"}});
   fs::remove(folder_ / "dataset.yaml");
   EXPECT_EQ(error(), "dataset.yaml: no such file");
-  EXPECT_EQ(
-      error_of([&] { read_dataset(folder_ / "none"); }),
+  EXPECT_ERROR(
+      read_dataset(folder_ / "none"),
       (folder_ / "none").string() + ": must be the folder of a data set, with dataset.yaml in it");
 }
 
@@ -203,20 +200,16 @@ TEST_F(DatasetFile, DepthsStandBesideTheImages) {
   EXPECT_EQ(back.depths, std::vector<fs::path>{out / "depth/000.png"});
   EXPECT_EQ(back.depth_unit_m, 0.0001);
   write_png(out / "depth/000.png", Image16({64, 47}));
-  EXPECT_NE(error_of([&] { read_dataset(out); }).find("000.png: is 64x47 pixels, but image_size"),
-            std::string::npos);
+  EXPECT_HAS(error_of([&] { read_dataset(out); }), "000.png: is 64x47 pixels, but image_size");
   const std::string text = read_text(out / "dataset.yaml");
   const auto error_with = [&](const std::string& depth) {
     std::ofstream(out / "dataset.yaml")
         << replaced(text, "{folder: \"depth\", unit_m: 0.0001}", depth);
     return error_of([&] { read_dataset(out); });
   };
-  EXPECT_NE(error_with("{folder: depth, unit_m: 0}").find("depth.unit_m: must be > 0, got 0"),
-            std::string::npos);
-  EXPECT_NE(error_with("{folder: nowhere, unit_m: 1}").find("depth.folder: must be a folder"),
-            std::string::npos);
-  EXPECT_NE(error_with("{folder: depth}").find("depth.unit_m: the key is missing"),
-            std::string::npos);
+  EXPECT_HAS(error_with("{folder: depth, unit_m: 0}"), "depth.unit_m: must be > 0, got 0");
+  EXPECT_HAS(error_with("{folder: nowhere, unit_m: 1}"), "depth.folder: must be a folder");
+  EXPECT_HAS(error_with("{folder: depth}"), "depth.unit_m: the key is missing");
 }
 
 RC_GTEST_FIXTURE_PROP(DatasetFile, MangledYamlEndsInAnErrorOrValidData, (std::uint64_t seed)) {

@@ -41,7 +41,7 @@ TEST_F(FieldLayout, IsReadAsTagsInTheFieldsFrame) {
   EXPECT_EQ(board.tags[1].id, 7);
   EXPECT_EQ(board.tags[0].size, 0.1651);
   ASSERT_EQ(warnings.size(), 1u);
-  EXPECT_NE(warnings[0].find("0.1651 m"), std::string::npos) << warnings[0];
+  EXPECT_HAS(warnings[0], "0.1651 m");
   // Who faces a tag that looks along +x looks along -x: y is to the right, z up.
   const double h = 0.1651 / 2;
   const auto first = tag_corners(board.tags[0]);
@@ -64,8 +64,7 @@ TEST_F(FieldLayout, TakesASizeAndAFirstId) {
   const fs::path grid = write("grid.yaml",
                               "target_type: aprilgrid\ntagCols: 2\ntagRows: 2\ntagSize: 0.1\n"
                               "tagSpacing: 0.25\n");
-  EXPECT_NE(error_of([&] { read_target(grid, {}, nullptr, 0.2); }).find("states the size"),
-            std::string::npos);
+  EXPECT_HAS(error_of([&] { read_target(grid, {}, nullptr, 0.2); }), "states the size");
 }
 
 TEST_F(FieldLayout, MistakesAreNamedByTheirKey) {
@@ -79,7 +78,7 @@ TEST_F(FieldLayout, MistakesAreNamedByTheirKey) {
            {"\"length\": 16.54, ", "", "field.length: the key is missing"}}) {
     const std::string found =
         error_of([&] { read_target(write("bad.json", replaced(kField, from, to))); });
-    EXPECT_NE(found.find("bad.json: " + message), std::string::npos) << found;
+    EXPECT_HAS(found, "bad.json: " + message);
   }
 }
 

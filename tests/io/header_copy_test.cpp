@@ -89,8 +89,7 @@ TEST_F(HeaderCopyTest, AFileThatBecomesShorterIsAnError) {
   const std::size_t size = fs::file_size(folder_ / "a.png");
   fs::resize_file(folder_ / "a.png", 5000);
   const int descriptor = ::open((folder_ / "a.png").c_str(), O_RDONLY | O_CLOEXEC);
-  EXPECT_EQ(error_of([&] { internal::HeaderCopy(descriptor, size); }),
-            "cannot be read: became shorter meanwhile");
+  EXPECT_ERROR(internal::HeaderCopy(descriptor, size), "cannot be read: became shorter meanwhile");
   ::close(descriptor);
 }
 

@@ -5,43 +5,17 @@
 
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
 
+#include "file_fixture.hpp"
 #include "jpeg_of.hpp"
 #include "png_colours.hpp"
-#include "tagcal/error.hpp"
-#include "tagcal/random.hpp"
 
 namespace tagcal {
 namespace {
 
-namespace fs = std::filesystem;
-
-class ImageFile : public ::testing::Test {
+class ImageFile : public FileTest {
  protected:
-  void SetUp() override {
-    folder_ = fs::temp_directory_path() /
-              (std::string("tagcal_image_") +
-               ::testing::UnitTest::GetInstance()->current_test_info()->name());
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  fs::path put(const std::string& bytes, const std::string& name = "picture") const {
-    const fs::path file = folder_ / name;
-    std::ofstream(file, std::ios::binary).write(bytes.data(), static_cast<long>(bytes.size()));
-    return file;
-  }
-
-  static std::string get(const fs::path& file) {
-    std::ifstream stream(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(stream), {}};
-  }
-
-  fs::path folder_;
+  fs::path put(const std::string& bytes) const { return write("picture", bytes); }
 };
 
 struct Format {
@@ -116,13 +90,8 @@ std::vector<std::uint16_t> values_of(const Image8& image, int scale) {
   return values;
 }
 
-std::string error_of(const fs::path& file) {
-  try {
-    read_image(file);
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "";
+std::string error_of_file(const fs::path& file) {
+  return error_of([&] { read_image(file); });
 }
 
 TEST_F(ImageFile, WhatIsWrittenIsRead) {
@@ -137,7 +106,7 @@ TEST_F(ImageFile, WhatIsWrittenIsRead) {
   EXPECT_EQ(again.pixels(), image.pixels());
   EXPECT_EQ(read_image_size(folder_ / "a.png"), image.size());
   write_png(folder_ / "b.png", image);
-  EXPECT_EQ(get(folder_ / "a.png"), get(folder_ / "b.png"));
+  EXPECT_EQ(read_text(folder_ / "a.png"), read_text(folder_ / "b.png"));
 }
 
 TEST_F(ImageFile, ColourIsWritten) {
@@ -261,21 +230,20 @@ TEST_F(ImageFile, Pgm) {
        {"P5"s, "P5 3"s, "P5 3 2 255\n12345"s, "P2 3 1 255 1 2"s, "P2 2 1 7 1 8"s, "P5 0 3 255\n"s,
         "P5 3 -1 255\n"s, "P5 1 1 0\n1"s, "P5 1 1 70000\n11"s, "P5 x y 255\n"s,
         "P5 99999999999999 2 255\n"s}) {
-    EXPECT_NE(error_of(put(bad)), "") << bad;
+    EXPECT_NE(error_of_file(put(bad)), "no error") << bad;
   }
 }
 
 TEST_F(ImageFile, TooLargeIsRefusedBeforeItIsAllocated) {
   std::string png = png_of({1, 2, 3, 4}, 2, {});
   png.replace(16, 8, std::string("\x7f\xff\xff\xff\x7f\xff\xff\xff", 8));  // the checksum is wrong
-  EXPECT_NE(error_of(put(png)), "");
-  const std::string message = error_of(put("P5 10001 10000 255\n"));
-  EXPECT_NE(message.find("at most 100000000 pixels, got 10001x10000"), std::string::npos)
-      << message;
+  EXPECT_NE(error_of_file(put(png)), "no error");
+  const std::string message = error_of_file(put("P5 10001 10000 255\n"));
+  EXPECT_HAS(message, "at most 100000000 pixels, got 10001x10000");
   std::string jpeg = jpeg_of(test_picture(16, 16), false);
   const std::size_t frame = jpeg.find("\xff\xc0");
   jpeg.replace(frame + 5, 4, "\xf0\xf0\xf0\xf0");
-  EXPECT_NE(error_of(put(jpeg)).find("at most 100000000 pixels"), std::string::npos);
+  EXPECT_HAS(error_of_file(put(jpeg)), "at most 100000000 pixels");
 }
 
 TEST_F(ImageFile, CutAnywhereIsAnError) {
@@ -283,11 +251,11 @@ TEST_F(ImageFile, CutAnywhereIsAnError) {
   for (const std::string& whole :
        {png_of(values_of(image, 1), 40, {}), png_of(values_of(image, 1), 40, {2, 8, 1}),
         jpeg_of(image, false), jpeg_of(image, true)}) {
-    ASSERT_EQ(error_of(put(whole)), "");
+    ASSERT_EQ(error_of_file(put(whole)), "no error");
     for (std::size_t length = 0; length < whole.size();
          length += length < 100 || length + 50 > whole.size() ? 1 : 7) {
       const fs::path file = put(whole.substr(0, length));
-      const std::string message = error_of(file);
+      const std::string message = error_of_file(file);
       ASSERT_TRUE(message.starts_with(file.string() + ": ")) << length << " of " << whole.size();
       ASSERT_EQ(message.find('\n'), std::string::npos) << message;
     }
@@ -305,19 +273,19 @@ TEST_F(ImageFile, DamageNeverCrashes) {
       for (int i = 0; i < 3; ++i) {
         damaged[random.index(damaged.size())] = static_cast<char>(random.index(256));
       }
-      errors += error_of(put(damaged)).empty() ? 0 : 1;
+      errors += error_of_file(put(damaged)) == "no error" ? 0 : 1;
     }
   }
   EXPECT_GT(errors, 100);
 }
 
 TEST_F(ImageFile, WhatIsNoPictureIsNamed) {
-  EXPECT_EQ(error_of(folder_ / "none.png"), (folder_ / "none.png").string() + ": no such file");
-  EXPECT_NE(error_of(folder_).find("folder"), std::string::npos);
-  EXPECT_NE(error_of(put("")).find("is empty"), std::string::npos);
-  EXPECT_NE(error_of(put("hello, I am a text"))
-                .find("is not a PNG, JPEG, TIFF, BMP, WebP, HEIC, PGM or PPM"),
-            std::string::npos);
+  EXPECT_EQ(error_of_file(folder_ / "none.png"),
+            (folder_ / "none.png").string() + ": no such file");
+  EXPECT_HAS(error_of_file(folder_), "folder");
+  EXPECT_HAS(error_of_file(put("")), "is empty");
+  EXPECT_HAS(error_of_file(put("hello, I am a text")),
+             "is not a PNG, JPEG, TIFF, BMP, WebP, HEIC, PGM or PPM");
   EXPECT_THROW(write_png(folder_ / "no_such_folder" / "a.png", test_picture(8, 8)), Error);
   EXPECT_THROW(write_png(folder_ / "a.png", Image8()), Error);
   EXPECT_FALSE(fs::exists(folder_ / "a.png"));

@@ -1,18 +1,13 @@
 // Pictures that the Exif tag Orientation turns or mirrors.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <filesystem>
-#include <fstream>
-
+#include "file_fixture.hpp"
 #include "jpeg_of.hpp"
 #include "tagcal/io/image_file.hpp"
-#include "tagcal/random.hpp"
 
 namespace tagcal {
 namespace {
 
-namespace fs = std::filesystem;
 using std::string_literals::operator""s;
 
 std::string two(int value, bool big_endian) {
@@ -68,7 +63,7 @@ std::pair<int, int> stored_place(int orientation, int x, int y, const ImageSize&
   }
 }
 
-class ImageOrientation : public ::testing::Test {
+class ImageOrientation : public FileTest {
  protected:
   void SetUp() override {
     Image8 image({40, 24});
@@ -77,15 +72,10 @@ class ImageOrientation : public ::testing::Test {
       for (int x = 0; x < 40; ++x) image(x, y) = static_cast<std::uint8_t>(random.index(256));
     jpeg_ = jpeg_of(image, true);
     write_png(file_, image);
-    std::ifstream stream(file_, std::ios::binary);
-    png_.assign(std::istreambuf_iterator<char>(stream), {});
+    png_ = read_text(file_);
   }
-  void TearDown() override { fs::remove(file_); }
 
-  const fs::path& put(const std::string& bytes) const {
-    std::ofstream(file_, std::ios::binary) << bytes;
-    return file_;
-  }
+  fs::path put(const std::string& bytes) const { return write("picture", bytes); }
 
   void expect_turned(const std::string& tagged, const Image8& stored, int orientation) const {
     const Image8 seen = read_image(put(tagged));
@@ -100,7 +90,7 @@ class ImageOrientation : public ::testing::Test {
     }
   }
 
-  fs::path file_ = fs::temp_directory_path() / ("tagcal_orientation_" + std::to_string(getpid()));
+  fs::path file_ = folder_ / "picture";
   std::string jpeg_, png_;
 };
 

@@ -84,7 +84,7 @@ TEST_F(RigSceneFile, BadScenesAreOneLine) {
   };
   for (const BadFile& b : bad) {
     const std::string error = error_of([&] { read(replaced(kScene, b.from, b.to)); });
-    EXPECT_NE(error.find("scene.yaml: " + b.message), std::string::npos) << error;
+    EXPECT_HAS(error, "scene.yaml: " + b.message);
   }
   const std::string head = kScene.substr(0, kScene.find("    - {name"));
   const std::string tail = kScene.substr(kScene.find("boards:"));
@@ -96,16 +96,11 @@ TEST_F(RigSceneFile, BadScenesAreOneLine) {
     return head + cameras + tail;
   };
   EXPECT_EQ(std::get<RigScene>(read(with(64))).cameras.size(), 64U);
-  EXPECT_NE(error_of([&] {
-              read(with(65));
-            }).find("scene.yaml: rig.cameras: must be a list of at most 64"),
-            std::string::npos);
-  EXPECT_NE(error_of([&] { read(with(0)); }).find("scene.yaml: rig.cameras: must be a list"),
-            std::string::npos);
-  EXPECT_NE(error_of([&] {
-              read_moving_scene(write("scene.yaml", kScene));
-            }).find("scene.yaml: rig: only tagcal render draws a rig"),
-            std::string::npos);
+  EXPECT_HAS(error_of([&] { read(with(65)); }),
+             "scene.yaml: rig.cameras: must be a list of at most 64");
+  EXPECT_HAS(error_of([&] { read(with(0)); }), "scene.yaml: rig.cameras: must be a list");
+  EXPECT_HAS(error_of([&] { read_moving_scene(write("scene.yaml", kScene)); }),
+             "scene.yaml: rig: only tagcal render draws a rig");
 }
 
 // A data set of exact corners, without pictures.
@@ -176,17 +171,13 @@ TEST_F(RigFile, PicturesAloneAreLeftToTheDetection) {
   write("dataset.yaml",
         "target: target.yaml\nrig: {cameras: [{name: left, images: left/images}, {name: right, "
         "images: left/../left/images/}]}\n");
-  EXPECT_NE(error_of([&] {
-              read_rig_folder(folder_);
-            }).find("rig.cameras[1].images: must differ from the cameras before it"),
-            std::string::npos);
+  EXPECT_HAS(error_of([&] { read_rig_folder(folder_); }),
+             "rig.cameras[1].images: must differ from the cameras before it");
   // A picture that is left out states no size.
   write("dataset.yaml",
         "target: target.yaml\nrig: {cameras: [{name: left, images: left/images}]}\n");
-  EXPECT_NE(error_of([&] {
-              read_rig_folder(folder_, [](const fs::path&) { return true; });
-            }).find("rig.cameras[0]: needs image_size"),
-            std::string::npos);
+  EXPECT_HAS(error_of([&] { read_rig_folder(folder_, [](const fs::path&) { return true; }); }),
+             "rig.cameras[0]: needs image_size");
 }
 
 TEST_F(RigFile, BadDataSetsAreOneLine) {
@@ -208,8 +199,8 @@ TEST_F(RigFile, BadDataSetsAreOneLine) {
             "[800, 601]");
   EXPECT_EQ(error_with("rig:\n", "image_size: [8, 8]\nrig:\n").substr(0, 38),
             "dataset.yaml: image_size: unknown key;");
-  EXPECT_EQ(
-      error_of([&] { read_rig_folder(folder_ / "none"); }),
+  EXPECT_ERROR(
+      read_rig_folder(folder_ / "none"),
       (folder_ / "none").string() + ": must be the folder of a data set, with dataset.yaml in it");
 }
 
@@ -243,12 +234,10 @@ TEST_F(RigFile, BadTimesAndTruthAreOneLine) {
 
 TEST_F(RigFile, TheFolderOfARigIsNoDataSetOfACamera) {
   const std::string rig = folder_.string();
-  EXPECT_EQ(error_of([&] { read_dataset(folder_); }),
-            rig + ": is the data set of a rig: use tagcal rig " + rig);
+  EXPECT_ERROR(read_dataset(folder_), rig + ": is the data set of a rig: use tagcal rig " + rig);
   write("left/dataset.yaml", "");
-  EXPECT_EQ(error_of([&] { read_dataset(folder_); }),
-            rig + ": is the data set of a rig: use tagcal rig " + rig +
-                ", or one of its cameras, " + rig + "/left");
+  EXPECT_ERROR(read_dataset(folder_), rig + ": is the data set of a rig: use tagcal rig " + rig +
+                                          ", or one of its cameras, " + rig + "/left");
 }
 
 TEST_F(RigFile, PairsByATable) {
@@ -263,8 +252,7 @@ TEST_F(RigFile, PairsByATable) {
   EXPECT_EQ(instants[1].view, (Views{1, std::nullopt}));
   EXPECT_EQ(instants[2].view, (Views{2, 0}));
   ASSERT_EQ(notes.size(), 1U);
-  EXPECT_NE(notes[0].find("1 names of camera right are no view of it, blank.png first"),
-            std::string::npos);
+  EXPECT_HAS(notes[0], "1 names of camera right are no view of it, blank.png first");
   const auto error = [&](const std::string& text) {
     const std::string message = error_of([&] { pair(text); });
     return message.substr(std::min(message.size(), folder_.string().size() + 1));

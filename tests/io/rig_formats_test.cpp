@@ -88,11 +88,11 @@ TEST_F(RigFormats, KalibrsRelationsAreCarried) {
   write_camera_file(folder_ / "c.yaml", read_camera_file(folder_ / "b.yaml"), "kalibr");
   expect_same_rig(rig, read_camera_file(folder_ / "c.yaml"), true);
   const std::string text = read_text(folder_ / "c.yaml");
-  EXPECT_NE(text.find("cam_overlaps: [1, 2]\n"), std::string::npos);
-  EXPECT_NE(text.find("timeshift_cam_imu: 0.0123\n"), std::string::npos);
+  EXPECT_HAS(text, "cam_overlaps: [1, 2]\n");
+  EXPECT_HAS(text, "timeshift_cam_imu: 0.0123\n");
   // One camera has no others.
   write_camera_file(folder_ / "one.yaml", read_one_camera(path("c.yaml") + ":cam0"), "kalibr");
-  EXPECT_NE(read_text(folder_ / "one.yaml").find("cam_overlaps: []\n"), std::string::npos);
+  EXPECT_HAS(read_text(folder_ / "one.yaml"), "cam_overlaps: []\n");
   write("cut.yaml", replaced(kKalibr, "cam_overlaps: [1]", "cam_overlaps: [2]"));
   EXPECT_EQ(read_camera_file(folder_ / "cut.yaml").notes.front(),
             "dropped: cam0.cam_overlaps, with cameras that are not in the file");
@@ -173,8 +173,8 @@ TEST_F(RigFormats, ColmapsRigsAndFrames) {
   ASSERT_EQ(back.poses.size(), rig.poses.size());
   // Cameras without a rig beside the rig of others would be read with its places.
   for (FileCamera& camera : rig.cameras) camera.camera_from_rig.reset();
-  EXPECT_EQ(error_of([&] { write_camera_file(folder_ / "sparse", rig, "colmap"); }),
-            path("sparse/rigs.txt") + ": holds the rig of other cameras: choose another folder");
+  EXPECT_ERROR(write_camera_file(folder_ / "sparse", rig, "colmap"),
+               path("sparse/rigs.txt") + ": holds the rig of other cameras: choose another folder");
 }
 
 TEST_F(RigFormats, BadFilesAreOneLine) {
@@ -271,9 +271,9 @@ TEST_F(RigFormats, FoldersOfFilesOfOneCamera) {
   EXPECT_EQ(read_one_camera(path("models") + ":b-right").cameras[0].name, "b-right");
   // The file of a third camera would become one of the rig.
   fs::copy(folder_ / "models/a-left.cameramodel", folder_ / "models/z.cameramodel");
-  EXPECT_EQ(error_of([&] { write_camera_file(folder_ / "models", rig, "mrcal"); }),
-            path("models/z.cameramodel") +
-                ": would be read as a camera of the rig: choose another folder");
+  EXPECT_ERROR(write_camera_file(folder_ / "models", rig, "mrcal"),
+               path("models/z.cameramodel") +
+                   ": would be read as a camera of the rig: choose another folder");
   fs::remove(folder_ / "models/z.cameramodel");
   // Files of single cameras, which all say that they stand in the origin, are no rig.
   CameraFile apart = rig;
@@ -281,15 +281,16 @@ TEST_F(RigFormats, FoldersOfFilesOfOneCamera) {
   write_camera_file(folder_ / "models", apart, "mrcal");
   const CameraFile back = read_camera_file(folder_ / "models");
   EXPECT_FALSE(back.cameras[0].camera_from_rig);
-  EXPECT_EQ(error_of([&] { known_rig(back, "models"); }),
-            "models: has no place of the camera a-left in a rig: name a file that has it, such as "
-            "rig.yaml of tagcal rig");
+  EXPECT_ERROR(
+      known_rig(back, "models"),
+      "models: has no place of the camera a-left in a rig: name a file that has it, such as "
+      "rig.yaml of tagcal rig");
   CameraFile one = apart;
   one.cameras.resize(1);
   one.cameras[0].name.clear();
-  EXPECT_EQ(error_of([&] { known_rig(one, "one.yaml"); }),
-            "one.yaml: has no place of its camera in a rig: name a file that has it, such as "
-            "rig.yaml of tagcal rig");
+  EXPECT_ERROR(known_rig(one, "one.yaml"),
+               "one.yaml: has no place of its camera in a rig: name a file that has it, such as "
+               "rig.yaml of tagcal rig");
   // sensor.yaml of an IMU beside those of cameras.
   write_camera_file(folder_ / "mav0", rig, "euroc");
   fs::create_directories(folder_ / "mav0/imu0");

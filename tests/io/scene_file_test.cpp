@@ -96,7 +96,7 @@ TEST_F(SceneFile, UnknownKeysOfATargetFileWarnButOfAnInlineTargetDoNot) {
   write("target.yaml", kTarget + "colour: red\n");
   read(kScene);
   ASSERT_EQ(warnings_.size(), 1U);
-  EXPECT_NE(warnings_[0].find("target.yaml: colour: unknown key"), std::string::npos);
+  EXPECT_HAS(warnings_[0], "target.yaml: colour: unknown key");
   EXPECT_EQ(error(replaced(kScene, "target_type: tags, tags: [{id: 9, size: 0.2}]",
                            "target_type: aprilgrid, tagCols: 1, tagRows: 1, tagSize: 1, "
                            "tagSpacing: 0, colour: red"))
@@ -184,11 +184,8 @@ TEST_F(SceneFile, BadScenes) {
        "scene.yaml: paper_margin_m: must be >= 0, go"},
       {"camera:", "cameras:", "scene.yaml: cameras: unknown key; did you mean camera?"}};
   EXPECT_NO_THROW(read(kScene));
-  for (const BadFile& bad : table) {
-    const std::string message = error(replaced(kScene, bad.from, bad.to));
-    EXPECT_EQ(message.substr(0, bad.message.size()), bad.message) << message;
-    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
-  }
+  for (const BadFile& bad : table)
+    expect_line(error(replaced(kScene, bad.from, bad.to)), bad.message);
 }
 
 TEST_F(SceneFile, TheDeskShowsItsBoardAllOverTheImage) {

@@ -209,9 +209,8 @@ TEST_F(SceneFrames, TheTruthOfAParallelCameraIsItsMatrix) {
                     {},
                     {}};
   write_truth(folder_ / "truth.yaml", truth);
-  EXPECT_NE(read_text(folder_ / "truth.yaml")
-                .find("image_from_camera: [[100, 0, 25, 319.5], [0, 110, -55, 239.5]]"),
-            std::string::npos);
+  EXPECT_HAS(read_text(folder_ / "truth.yaml"),
+             "image_from_camera: [[100, 0, 25, 319.5], [0, 110, -55, 239.5]]");
   const Truth back = read_truth(folder_ / "truth.yaml");
   EXPECT_EQ(back.model, kParallelModel);
   EXPECT_EQ(std::get<Parallel>(back.camera.lens).parameters(),
@@ -287,11 +286,7 @@ TEST_F(SceneFrames, BadFramesAndViews) {
            kBoards + kPath,
        "camera.recedes_deg: belongs to cavalier and cabinet only"}};
   EXPECT_NO_THROW(read(base));
-  for (const auto& [text, expected] : table) {
-    const std::string message = error(text);
-    EXPECT_EQ(message.substr(0, expected.size()), expected) << message;
-    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
-  }
+  for (const auto& [text, expected] : table) expect_line(error(text), expected);
 }
 
 }  // namespace

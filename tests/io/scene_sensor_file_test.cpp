@@ -66,11 +66,7 @@ TEST_F(SceneFile, ReadsLightVignettingAndFocus) {
        "scene.yaml: sensor.focus.f_number: must be > 0, got 0"},
       {", focus: {distance_m: 1, f_number: 2}", "",
        "scene.yaml: sensor.focus.focal_mm: the key is missing"}};
-  for (const Bad& bad : table) {
-    const std::string message = error(with(bad.sensor, bad.light + "\n"));
-    EXPECT_EQ(message.substr(0, bad.message.size()), bad.message) << message;
-    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
-  }
+  for (const Bad& bad : table) expect_line(error(with(bad.sensor, bad.light + "\n")), bad.message);
   const std::string fisheye =
       replaced(with(", focus: {distance_m: 1, " + focus, ""), "model: opencv5", "model: fisheye4");
   EXPECT_EQ(error(fisheye),
@@ -117,11 +113,8 @@ TEST_F(SceneFile, ReadsWhatTheSensorDoesToItsPictures) {
       {"sharpen: 1", "sensor.sharpen: must "},
       {"jpeg: 0", "sensor.jpeg: must be a whole number from 1 to 100, got 0"},
       {"jpeg: 80, bits: 16", "sensor: jpeg: has 8 bits only; leave out `bits: 16`"}};
-  for (const auto& [keys, start] : table) {
-    const std::string message = error(with(", " + keys)), expected = "scene.yaml: " + start;
-    EXPECT_EQ(message.substr(0, expected.size()), expected) << message;
-    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
-  }
+  for (const auto& [keys, start] : table)
+    expect_line(error(with(", " + keys)), "scene.yaml: " + start);
   EXPECT_EQ(error(kScene + "print_grid_m: -1\n"), "scene.yaml: print_grid_m: must be >= 0, got -1");
 }
 

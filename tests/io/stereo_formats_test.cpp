@@ -112,7 +112,7 @@ TEST_F(RigFormats, PairsAreRectifiedForOpenCVAndRos) {
   // Cameras that look at each other.
   rig.cameras[1].camera_from_rig = Pose(exp_rotation({0, 3.14, 0}), {0, 0, 1});
   const auto notes = write_camera_file(folder_ / "opposed", rig, "ros");
-  EXPECT_NE(notes.front().find("the pair is not rectified: "), std::string::npos) << notes.front();
+  EXPECT_HAS(notes.front(), "the pair is not rectified: ");
 }
 
 }  // namespace

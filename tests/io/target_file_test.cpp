@@ -59,10 +59,8 @@ TEST_F(TargetFile, PoseMayBeAMatrix) {
 TEST_F(TargetFile, UnknownKeysWarnInKalibrsFiles) {
   read(kGrid + "tagSpacin: 0.3\nauthor: me\n");
   ASSERT_EQ(warnings_.size(), 2U);
-  EXPECT_NE(warnings_[0].find("target.yaml: tagSpacin: unknown key; did you mean tagSpacing?"),
-            std::string::npos);
-  EXPECT_NE(warnings_[1].find("author: unknown key; known keys are target_type, tagCols"),
-            std::string::npos);
+  EXPECT_HAS(warnings_[0], "target.yaml: tagSpacin: unknown key; did you mean tagSpacing?");
+  EXPECT_HAS(warnings_[1], "author: unknown key; known keys are target_type, tagCols");
 }
 
 TEST_F(TargetFile, BadGrids) {
@@ -197,8 +195,8 @@ TEST_F(TargetFile, SubstratesAreWrittenIfNotOfPaper) {
       return read_text(folder_ / "t.yaml");
     };
     const std::string plain = written();
-    EXPECT_EQ(plain.find("flatness"), std::string::npos);
-    EXPECT_EQ(plain.find("print"), std::string::npos);
+    EXPECT_LACKS(plain, "flatness");
+    EXPECT_LACKS(plain, "print");
     board.substrate = {Material::glass, Material::paper};
     EXPECT_EQ(written(), plain + "flatness: glass\n");
     board.substrate = {Material::aluminium, 0.1 / 3};
@@ -214,10 +212,9 @@ TEST_F(TargetFile, WhatIsNoYamlAtAll) {
   EXPECT_EQ(error("just words"), ": must be a map of keys, got just words");
   EXPECT_EQ(error("- 1\n- 2"), ": must be a map of keys, got a list of 2");
   EXPECT_EQ(error(std::string("\x89PNG\r\n\x1a\n\0\0\0\rIHDR", 16)), ": is not YAML: binary data");
-  EXPECT_EQ(error_of([&] { read_target(folder_ / "none.yaml"); }),
-            (folder_ / "none.yaml").string() + ": no such file");
-  EXPECT_EQ(error_of([&] { read_target(folder_); }),
-            folder_.string() + ": is a folder, not a file");
+  EXPECT_ERROR(read_target(folder_ / "none.yaml"),
+               (folder_ / "none.yaml").string() + ": no such file");
+  EXPECT_ERROR(read_target(folder_), folder_.string() + ": is a folder, not a file");
   EXPECT_EQ(error(std::string((16 << 20) + 1, ' ')), ": larger than 16 MiB");
 }
 
@@ -232,7 +229,7 @@ TEST_F(TargetFile, DeepNestingIsRefusedBeforeItOverflowsTheStack) {
   for (int i = 0; i < 200; ++i) indented += std::string(static_cast<std::size_t>(i), ' ') + "a:\n";
   for (const std::string& deep : {brackets, block, indented}) {
     const std::string message = error(deep);
-    EXPECT_NE(message.find("nested more than 64 levels deep"), std::string::npos) << message;
+    EXPECT_HAS(message, "nested more than 64 levels deep");
   }
   // A list or a map as the key of a map.
   for (const std::string& deep : {std::string(100'000, '['), std::string(100'000, '{'), keys}) {

@@ -39,23 +39,20 @@ TEST_F(TextFile, AByteOrderMarkIsNoText) {
 }
 
 TEST_F(TextFile, ReadingNamesTheFileAndTheReason) {
-  EXPECT_EQ(error_of([&] { read_text(folder_ / "none"); }),
-            (folder_ / "none").string() + ": no such file");
-  EXPECT_EQ(error_of([&] { read_text(folder_); }), folder_.string() + ": is a folder, not a file");
+  EXPECT_ERROR(read_text(folder_ / "none"), (folder_ / "none").string() + ": no such file");
+  EXPECT_ERROR(read_text(folder_), folder_.string() + ": is a folder, not a file");
   const fs::path big = folder_ / "big";
   std::ofstream(big).put('x');
   fs::resize_file(big, (std::uintmax_t{256} << 20) + 1);  // sparse: takes no room
-  EXPECT_EQ(error_of([&] { read_text(big); }), big.string() + ": larger than 256 MiB");
+  EXPECT_ERROR(read_text(big), big.string() + ": larger than 256 MiB");
   write_whole(folder_ / "a", "x");
-  EXPECT_EQ(error_of([&] { read_text(folder_ / "a" / "b"); }),
-            (folder_ / "a" / "b").string() + ": no such file");
+  EXPECT_ERROR(read_text(folder_ / "a" / "b"), (folder_ / "a" / "b").string() + ": no such file");
 }
 
 TEST_F(TextFile, ReadsPipesAndNoDevices) {
   for (const char* device : {"/dev/zero", "/dev/null", "/dev/tty"}) {
     if (!fs::exists(device)) continue;
-    EXPECT_EQ(error_of([&] { read_text(device); }),
-              std::string(device) + ": is a device, not a file");
+    EXPECT_ERROR(read_text(device), std::string(device) + ": is a device, not a file");
   }
   const fs::path pipe = folder_ / "pipe";
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
@@ -74,14 +71,11 @@ TEST_F(TextFile, ReadsPipesAndNoDevices) {
 }
 
 TEST_F(TextFile, WritingWhereItCannotIsAnErrorAndLeavesNothing) {
-  EXPECT_NE(error_of([&] { write_whole(folder_ / "no" / "file", "x"); }).find("no/file: cannot"),
-            std::string::npos);
+  EXPECT_HAS(error_of([&] { write_whole(folder_ / "no" / "file", "x"); }), "no/file: cannot");
   fs::create_directory(folder_ / "sub");
-  EXPECT_NE(error_of([&] { write_whole(folder_ / "sub", "x"); }).find("sub: cannot write"),
-            std::string::npos);
-  EXPECT_NE(error_of([&] { write_whole(folder_ / "sub/", "x"); }).find("cannot write"),
-            std::string::npos);
-  EXPECT_NE(error_of([&] { write_whole("", "x"); }).find("cannot write"), std::string::npos);
+  EXPECT_HAS(error_of([&] { write_whole(folder_ / "sub", "x"); }), "sub: cannot write");
+  EXPECT_HAS(error_of([&] { write_whole(folder_ / "sub/", "x"); }), "cannot write");
+  EXPECT_HAS(error_of([&] { write_whole("", "x"); }), "cannot write");
   EXPECT_EQ(num_files(), 1U);
 }
 
@@ -98,7 +92,7 @@ TEST_F(TextFile, FailedWriteKeepsTheOldFileAndRemovesTheTemporary) {
   const std::string message = error_of([&] { write_whole(file, std::string(1 << 16, 'x')); });
   ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
   std::signal(SIGXFSZ, handler);
-  EXPECT_NE(message.find("a.txt: cannot write: File too large"), std::string::npos) << message;
+  EXPECT_HAS(message, "a.txt: cannot write: File too large");
   EXPECT_EQ(read_text(file), "old");
   EXPECT_EQ(num_files(), 1U);
 }
@@ -118,8 +112,7 @@ TEST_F(TextFile, KeepsLinksAndPermissions) {
 TEST_F(TextFile, WritingDoesNotWaitForAReader) {
   const fs::path pipe = folder_ / "pipe";
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
-  EXPECT_EQ(error_of([&] { write_whole(pipe, "x"); }),
-            pipe.string() + ": cannot write: nobody reads this pipe");
+  EXPECT_ERROR(write_whole(pipe, "x"), pipe.string() + ": cannot write: nobody reads this pipe");
   std::string read;
   std::thread reader([&] { std::ifstream(pipe) >> read; });
   write_whole(pipe, "text");
@@ -131,8 +124,8 @@ TEST_F(TextFile, WritingDoesNotWaitForAReader) {
 TEST_F(TextFile, KeepsALoopOfLinks) {
   fs::create_symlink("b", folder_ / "a");
   fs::create_symlink("a", folder_ / "b");
-  EXPECT_EQ(error_of([&] { write_whole(folder_ / "a", "x"); }),
-            (folder_ / "a").string() + ": cannot write: Too many levels of symbolic links");
+  EXPECT_ERROR(write_whole(folder_ / "a", "x"),
+               (folder_ / "a").string() + ": cannot write: Too many levels of symbolic links");
   EXPECT_TRUE(fs::is_symlink(folder_ / "a"));
   EXPECT_EQ(num_files(), 2U);
 }

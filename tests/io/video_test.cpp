@@ -129,8 +129,7 @@ TEST_F(VideoFile, OneThatIsCutOffHasTheFramesUntilThere) {
 
 TEST_F(VideoFile, CutsAndDamageThrowOrGiveFrames) {
   const fs::path whole = encoded("clip.mkv", "-c:v libx264 -crf 30 -pix_fmt yuv420p");
-  std::ifstream stream(whole, std::ios::binary);
-  const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
+  const std::string bytes = read_text(whole);
   std::minstd_rand random(5);
   const auto try_all = [&](const std::string& damaged, const std::string& name) {
     const fs::path file = folder_ / name;
@@ -152,19 +151,17 @@ TEST_F(VideoFile, CutsAndDamageThrowOrGiveFrames) {
 }
 
 TEST_F(VideoFile, ErrorsSayWhat) {
-  EXPECT_EQ(error_of([&] { read_sequence(folder_ / "none.mp4"); }),
-            (folder_ / "none.mp4").string() + ": no such file");
+  EXPECT_ERROR(read_sequence(folder_ / "none.mp4"),
+               (folder_ / "none.mp4").string() + ": no such file");
   write_png(folder_ / "picture.png", frames_[0]);
   fs::rename(folder_ / "picture.png", folder_ / "picture.mp4");
-  EXPECT_NE(error_of([&] { read_sequence(folder_ / "picture.mp4"); }).find("is no video"),
-            std::string::npos);
+  EXPECT_HAS(error_of([&] { read_sequence(folder_ / "picture.mp4"); }), "is no video");
   // A playlist would make the reader open other files.
   std::ofstream(folder_ / "list.mp4") << "#EXTM3U\n#EXTINF:1,\nclip.mkv\n#EXT-X-ENDLIST\n";
-  EXPECT_NE(error_of([&] { read_sequence(folder_ / "list.mp4"); }).find("is no video"),
-            std::string::npos);
+  EXPECT_HAS(error_of([&] { read_sequence(folder_ / "list.mp4"); }), "is no video");
   const fs::path file = encoded("clip.mkv", "-c:v ffv1 -pix_fmt gray");
   const std::string beyond = error_of([&] { read_image(frame_path(file, 20)); });
-  EXPECT_NE(beyond.find("has 20 frames, the last one is number 19"), std::string::npos) << beyond;
+  EXPECT_HAS(beyond, "has 20 frames, the last one is number 19");
 }
 
 TEST(FramePath, IsToldFromOtherFiles) {

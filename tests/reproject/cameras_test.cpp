@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "expect.hpp"
 #include "lenses.hpp"
-#include "tagcal/error.hpp"
 #include "tagcal/reproject/maps.hpp"
 #include "tagcal/viewing/viewport.hpp"
 
@@ -103,12 +103,7 @@ TEST(NewPinholes, OfAFocalLengthHaveTheCentreOfTheResizedPicture) {
 
 TEST(NewPinholes, OfAWideFisheyeAreRefusedWithAnAdvice) {
   const Camera wide{Fisheye({180, 180, 320, 200, 0, 0, 0, 0}), kSize};
-  try {
-    pinhole_of_all_pixels(wide, kSize);
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find("panorama"), std::string::npos) << error.what();
-  }
+  EXPECT_HAS(error_of([&] { pinhole_of_all_pixels(wide, kSize); }), "panorama");
   const Camera given = pinhole_of_focal_length(wide, 200, kSize);
   EXPECT_EQ(parameters(given.lens)[0], 200);
   EXPECT_THROW(pinhole_of_focal_length(wide, 0, kSize), Error);

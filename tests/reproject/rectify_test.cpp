@@ -7,7 +7,7 @@
 #include <numbers>
 #include <opencv2/calib3d.hpp>
 
-#include "tagcal/error.hpp"
+#include "expect.hpp"
 #include "tagcal/random.hpp"
 #include "tagcal/reproject/maps.hpp"
 #include "tagcal/reproject/resampling.hpp"
@@ -225,16 +225,7 @@ TEST(Rectify, TheSecondCameraMayBeLeftOfTheFirst) {
 
 std::string refusal_of(const KnownRig& rig, const RectifyOptions& options = {},
                        std::size_t second = 1) {
-  try {
-    rectify(rig, 0, second, options);
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "";
-}
-
-void expect_says(const std::string& text, const std::string& part) {
-  EXPECT_NE(text.find(part), std::string::npos) << text << "\n" << part;
+  return error_of([&] { rectify(rig, 0, second, options); });
 }
 
 KnownRig turned_pair(const Vector3d& turn, const Vector3d& translation) {
@@ -253,27 +244,27 @@ KnownRig toed_out(double angle_rad, double baseline_m) {
 TEST(Rectify, RefusesWhatHasNoRectifiedPicture) {
   const double pi = std::numbers::pi;
   const KnownRig rig = turned_pair({0, 0, 0}, {-0.1, 0, 0});
-  EXPECT_EQ(refusal_of(rig), "");
+  EXPECT_EQ(refusal_of(rig), "no error");
   for (const double alpha : {-0.1, 1.1, std::nan("")})
-    expect_says(refusal_of(rig, {alpha, true, false}), "alpha must be from 0 to 1, got");
-  expect_says(refusal_of(rig, {0.5, true, true}), "alpha is of pinholes");
-  expect_says(refusal_of(rig, {}, 2), "the rig has 2 cameras, got the index 2");
-  expect_says(refusal_of(rig, {}, 0), "needs two cameras, got left twice");
-  expect_says(refusal_of(turned_pair({0, 0.1, 0}, {0, 0, 0})), "there is no baseline");
+    EXPECT_HAS(refusal_of(rig, {alpha, true, false}), "alpha must be from 0 to 1, got");
+  EXPECT_HAS(refusal_of(rig, {0.5, true, true}), "alpha is of pinholes");
+  EXPECT_HAS(refusal_of(rig, {}, 2), "the rig has 2 cameras, got the index 2");
+  EXPECT_HAS(refusal_of(rig, {}, 0), "needs two cameras, got left twice");
+  EXPECT_HAS(refusal_of(turned_pair({0, 0.1, 0}, {0, 0, 0})), "there is no baseline");
   // Face to face, back to back, one before the other.
-  expect_says(refusal_of(turned_pair({0, pi - 0.01, 0}, {0.001, 0, 1})), "look at each other");
-  expect_says(refusal_of(turned_pair({0, pi - 0.01, 0}, {0.001, 0, -1})), "look at each other");
-  expect_says(refusal_of(turned_pair({0, 0, 0}, {0.01, 0, 1})), "along their baseline");
+  EXPECT_HAS(refusal_of(turned_pair({0, pi - 0.01, 0}, {0.001, 0, 1})), "look at each other");
+  EXPECT_HAS(refusal_of(turned_pair({0, pi - 0.01, 0}, {0.001, 0, -1})), "look at each other");
+  EXPECT_HAS(refusal_of(turned_pair({0, 0, 0}, {0.01, 0, 1})), "along their baseline");
   // 100 degrees apart, each 78 degrees wide, and their axes meet behind them.
   const KnownRig apart = toed_out(1.75, 0.1);
-  expect_says(refusal_of(apart), "no common field of view");
-  expect_says(refusal_of(apart, {{}, true, true}), "no common field of view");
+  EXPECT_HAS(refusal_of(apart), "no common field of view");
+  EXPECT_HAS(refusal_of(apart, {{}, true, true}), "no common field of view");
   // Toed in by 126 degrees: OpenCV's focal length is negative.
   const KnownRig toed_in = toed_out(-2.2, 0.5);
   EXPECT_LT(rectified_by_opencv(toed_in, 0).p[0](0, 0), 0);
-  expect_says(refusal_of(toed_in, {0.0, true, false}), "left looks 63 degrees away from");
+  EXPECT_HAS(refusal_of(toed_in, {0.0, true, false}), "left looks 63 degrees away from");
   const Lens parallel = Parallel({100, 100, 0, 0, 0, 0});
-  expect_says(refusal_of(pair_of(perspective(458, 367, 248, 0), parallel)), "parallel");
+  EXPECT_HAS(refusal_of(pair_of(perspective(458, 367, 248, 0), parallel)), "parallel");
 }
 
 // Truths drawn from the joint covariance of places and lenses: the rows differ as the claim says.

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "expect.hpp"
 #include "random_sheets.hpp"
 #include "tagcal/detect/families.hpp"
-#include "tagcal/error.hpp"
 #include "tagcal/scene/light/shading.hpp"
 #include "tagcal/scene/moving_scene.hpp"
 
@@ -179,12 +179,7 @@ TEST(Vignetting, ThatACameraCannotHaveIsAnError) {
   const auto refused = [](const Camera& c, const Vignetting& v) {
     Sensor sensor;
     sensor.vignetting = v;
-    try {
-      check_sensor(c, sensor);
-      return false;
-    } catch (const Error&) {
-      return true;
-    }
+    return error_of([&] { check_sensor(c, sensor); }) != "no error";
   };
   EXPECT_FALSE(refused(camera, {false, {-0.9}}));
   EXPECT_TRUE(refused(camera, {false, {-1.1}}));

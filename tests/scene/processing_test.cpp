@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "expect.hpp"
 #include "jpeg_of.hpp"
-#include "tagcal/error.hpp"
 #include "tagcal/io/image/image_codec.hpp"
 #include "tagcal/random.hpp"
 #include "tagcal/scene/render.hpp"
@@ -197,35 +197,20 @@ TEST(Processing, EqualSeedsGiveEqualBytesAndEachStepCounts) {
 }
 
 TEST(Processing, ValuesOutOfRangeAreErrors) {
-  const auto message = [](const auto& change) -> std::string {
-    Sensor sensor;
-    change(sensor);
-    try {
-      expose(ImageF({8, 8}, 0.5f), sensor, 1);
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "";
+  const auto message = [](const Sensor& sensor) {
+    return error_of([&] { expose(ImageF({8, 8}, 0.5f), sensor, 1); });
   };
-  EXPECT_EQ(message([](Sensor& s) { s.mosaic = Mosaic{.pattern = "RGBG"}; }),
+  EXPECT_EQ(message({.mosaic = Mosaic{.pattern = "RGBG"}}),
             "mosaic: pattern: must be RGGB, BGGR, GRBG or GBRG, got RGBG");
-  EXPECT_EQ(message([](Sensor& s) {
-              s.mosaic = {"RGGB", {1, 0, 1}};
-            }),
+  EXPECT_EQ(message({.mosaic = Mosaic{"RGGB", {1, 0, 1}}}),
             "mosaic: gains: must be above 0 and at most 100, got 0");
-  EXPECT_EQ(message([](Sensor& s) {
-              s.denoise = Denoise{0, 1};
-            }),
+  EXPECT_EQ(message({.denoise = Denoise{0, 1}}),
             "denoise: levels: must be above 0 and at most 255, got 0");
-  EXPECT_EQ(message([](Sensor& s) {
-              s.sharpen = Sharpen{-0.1, 1};
-            }),
+  EXPECT_EQ(message({.sharpen = Sharpen{-0.1, 1}}),
             "sharpen: amount: must be from 0 to 10, got -0.1");
-  EXPECT_EQ(message([](Sensor& s) {
-              s.sharpen = Sharpen{1, std::nan("")};
-            }),
+  EXPECT_EQ(message({.sharpen = Sharpen{1, std::nan("")}}),
             "sharpen: radius_px: must be above 0 and at most 10, got nan");
-  EXPECT_EQ(message([](Sensor& s) { s.jpeg = 101; }), "jpeg: must be from 1 to 100, got 101");
+  EXPECT_EQ(message({.jpeg = 101}), "jpeg: must be from 1 to 100, got 101");
   Sensor sensor;
   sensor.jpeg = 90;
   EXPECT_THROW(expose16(ImageF({8, 8}, 0.5f), sensor, 1), Error);

@@ -8,7 +8,7 @@
 #include <opencv2/calib3d.hpp>
 #include <set>
 
-#include "tagcal/error.hpp"
+#include "expect.hpp"
 #include "tagcal/geometry/transform.hpp"
 #include "tagcal/geometry/viewpoint.hpp"
 #include "tagcal/io/scene_file.hpp"
@@ -204,7 +204,7 @@ TEST(RigScene, CamerasOfDifferentTimesShareBoardsAndWorld) {
   std::vector<std::string> warnings;
   const RigDataset exact = exact_rig_dataset(rig, 0, &warnings);
   ASSERT_EQ(warnings.size(), 1U);
-  EXPECT_NE(warnings[0].find("boards[1] moves relative to the first board"), std::string::npos);
+  EXPECT_HAS(warnings[0], "boards[1] moves relative to the first board");
   for (const RigCamera& camera : exact.cameras) {
     ASSERT_EQ(camera.data.boards.size(), 1U);
     EXPECT_EQ(camera.data.boards[0].world_from_board.matrix(),

@@ -6,7 +6,7 @@
 #include <numeric>
 #include <string>
 
-#include "tagcal/error.hpp"
+#include "expect.hpp"
 
 namespace tagcal {
 namespace {
@@ -35,15 +35,11 @@ TEST(Parallel, MakesEachCallOnceAndCountsThem) {
 TEST(Parallel, ThrowsTheFailureOfTheSmallestIndex) {
   for (int trial = 0; trial < 200; ++trial) {
     std::atomic<int> calls = 0;
-    try {
-      parallel_for(1000, 4, [&](std::size_t i) {
-        ++calls;
-        if (i >= 3) throw Error(std::to_string(i));
-      });
-      FAIL() << "nothing was thrown";
-    } catch (const Error& error) {
-      EXPECT_STREQ(error.what(), "3");
-    }
+    const auto fail = [&](std::size_t i) {
+      ++calls;
+      if (i >= 3) throw Error(std::to_string(i));
+    };
+    EXPECT_ERROR(parallel_for(1000, 4, fail), "3");
     EXPECT_LT(calls, 1000);
   }
 }

@@ -7,12 +7,12 @@
 #include <sstream>
 #include <tuple>
 
+#include "expect.hpp"
 #include "study/chart/chart_file.hpp"
 #include "study/chart/chart_plot.hpp"
 #include "study/chart/chart_study.hpp"
 #include "study/chart/chart_table.hpp"
 #include "study/chart/pareto.hpp"
-#include "tagcal/error.hpp"
 
 namespace tagcal {
 using namespace study;
@@ -96,8 +96,8 @@ TEST(Chart, trialsAsCsv) {
   ChartResult result = run_small({.trials = 5});
   result.origin = {"made here: today"};
   const std::string text = trials_text(result);
-  EXPECT_NE(text.find("# seed: 1\n"), std::string::npos);
-  EXPECT_NE(text.find("# origin: made here: today\n"), std::string::npos);
+  EXPECT_HAS(text, "# seed: 1\n");
+  EXPECT_HAS(text, "# origin: made here: today\n");
   const std::size_t header = text.find("panel,method,trial,time_us,error,error_over_bound\n");
   ASSERT_NE(header, std::string::npos);
   EXPECT_EQ(std::count(text.begin() + static_cast<std::ptrdiff_t>(header), text.end(), '\n'),
@@ -165,9 +165,7 @@ TEST(Pareto, saysHowOursStands) {
   ASSERT_TRUE(all[1].dominated_by);
   EXPECT_EQ(all[1].dominated_by->method, 1);
   const std::string page = chart_markdown(result, points);
-  EXPECT_NE(page.find("two: tagcal a (10 µs, 1.200 bounds, fails 0 %) is behind peer b"),
-            std::string::npos)
-      << page;
+  EXPECT_HAS(page, "two: tagcal a (10 µs, 1.200 bounds, fails 0 %) is behind peer b");
 }
 
 TEST(ChartPlot, drawsEveryPage) {

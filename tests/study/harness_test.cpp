@@ -5,10 +5,10 @@
 #include <atomic>
 #include <cmath>
 
+#include "expect.hpp"
 #include "study/harness/csv.hpp"
 #include "study/harness/study.hpp"
 #include "study/quantile.hpp"
-#include "tagcal/error.hpp"
 #include "tagcal/io/text_file.hpp"
 
 namespace tagcal {
@@ -71,7 +71,7 @@ TEST(Harness, ResumesFromItsFileAndGivesTheSameBytes) {
   EXPECT_EQ(calls, 6);
   run_study(study, options_of(7, whole));
   EXPECT_EQ(read_text(file.string()), read_text(whole.string()));
-  EXPECT_NE(read_text(file.string()).find("\na,3,3,,\"a, b\"\n"), std::string::npos);
+  EXPECT_HAS(read_text(file.string()), "\na,3,3,,\"a, b\"\n");
   StudyOptions others = options_of(7, file);
   others.named["model"] = "f";
   EXPECT_THROW(run_study(study, others), Error);

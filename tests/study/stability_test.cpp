@@ -6,12 +6,12 @@
 #include <cmath>
 #include <set>
 
+#include "expect.hpp"
 #include "study/atlas/atlas_page.hpp"
 #include "study/atlas/atlas_plot.hpp"
 #include "study/atlas/stability_file.hpp"
 #include "study/atlas/stability_judge.hpp"
 #include "study/tasks/pose_tasks.hpp"
-#include "tagcal/error.hpp"
 
 namespace tagcal {
 using namespace study;
@@ -254,7 +254,7 @@ TEST(StabilityCsv, OneRowACellAndMethod) {
       "map,x,y,method,trials,right_and_said,wrong_and_said,wrong_and_silent,right_but_refused,"
       "rms_over_bound,median_over_bound,flips,time_us,said,first_silent,first_refused\n"));
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 13);
-  EXPECT_NE(csv.find("\nscripted,10,\"two, so\",peer,4,"), std::string::npos) << csv;
+  EXPECT_HAS(csv, "\nscripted,10,\"two, so\",peer,4,");
   EXPECT_EQ(stability_csv(map, read_stability(map, csv)), csv);
   EXPECT_THROW(read_stability(map, csv.substr(0, csv.rfind("scripted"))), Error);
   EXPECT_THROW(read_stability(ours_alone(map), csv), Error);
@@ -274,23 +274,19 @@ TEST(Atlas, PageAndPictureSayWhatTheResultSays) {
   const std::vector<std::string> origin = {"by hand"};
   const std::vector<AtlasSheet> sheets = {{map, result}};
   std::string page = atlas_page(sheets, origin);
-  EXPECT_NE(
-      page.find("peer is wrong and silent in 11.7 % of all trials, and in 70 % at tilt 10 deg, "
-                "two, so"),
-      std::string::npos)
-      << page;
-  EXPECT_NE(page.find("## Cells that miss the marks\n\nNone."), std::string::npos);
-  EXPECT_NE(page.find("![scripted](scripted.png)"), std::string::npos);
-  EXPECT_NE(page.find("what cannot be seen"), std::string::npos);
+  EXPECT_HAS(page,
+             "peer is wrong and silent in 11.7 % of all trials, and in 70 % at tilt 10 deg, "
+             "two, so");
+  EXPECT_HAS(page, "## Cells that miss the marks\n\nNone.");
+  EXPECT_HAS(page, "![scripted](scripted.png)");
+  EXPECT_HAS(page, "what cannot be seen");
   result.tallies[8].count = {999, 0, 1, 0};
   result.tallies[8].first_silent = 17;
   const std::vector<AtlasSheet> missing = {{map, result}};
   page = atlas_page(missing, origin);
-  EXPECT_NE(
-      page.find("- scripted: tagcal estimate_ours, tilt 10 deg, two, so: wrong and silent 1 of "
-                "1000 (the first: trial 17), refused 0"),
-      std::string::npos)
-      << page;
+  EXPECT_HAS(page,
+             "- scripted: tagcal estimate_ours, tilt 10 deg, two, so: wrong and silent 1 of "
+             "1000 (the first: trial 17), refused 0");
 
   const Drawing drawing = atlas_picture(map, result, origin);
   const auto silent = [](const auto& item) {
