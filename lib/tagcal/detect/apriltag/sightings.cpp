@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tagcal/detect/opencv/picture_filters.hpp"
 #include "tagcal/detect/policy/policy.hpp"
 #include "tagcal/detect/tag_fit/image_filters.hpp"
 

@@ -9,6 +9,7 @@
 #include <optional>
 #include <vector>
 
+#include "tagcal/detect/opencv/picture_filters.hpp"
 #include "tagcal/detect/policy/policy.hpp"
 
 namespace tagcal::internal {
@@ -21,55 +22,6 @@ using std::numbers::pi;
 // junction of contrast C and spread s has C / (pi s^2).
 constexpr double kSpreadPx = 1.46;  // numeric: of a picture that is sharp enough, smoothed
 constexpr double kMinStrength = policy::kMinContrast / (kSpreadPx * kSpreadPx * pi);
-
-// The last rows of a picture that is made from above to below.
-template <typename T>
-class LastRows {
- public:
-  static constexpr int kRows = 5;
-  explicit LastRows(int width) : rows_({width, kRows}) {}
-  T* row(int y) { return rows_.row(y % kRows); }
-  const T* row(int y) const { return rows_.row(y % kRows); }
-
- private:
-  Image<T> rows_;
-};
-
-// A row smoothed by the binomial filter 1 4 6 4 1, times 16.
-void smooth_along(const std::uint8_t* row, int width, std::vector<std::uint8_t>& padded,
-                  std::uint16_t* to) {
-  padded.resize(static_cast<std::size_t>(width + 4));
-  std::fill_n(padded.begin(), 2, row[0]);
-  std::copy_n(row, width, padded.begin() + 2);
-  std::fill_n(padded.end() - 2, 2, row[width - 1]);
-  const std::uint8_t* from = padded.data();
-  for (int x = 0; x < width; ++x)
-    to[x] = static_cast<std::uint16_t>(from[x] + from[x + 4] + 4 * (from[x + 1] + from[x + 3]) +
-                                       6 * from[x + 2]);
-}
-
-// Smooths with that filter in both directions: a Gaussian of 1 px. Sums of 8-bit levels fit into 16
-// bits, of which compilers make short loops.
-ImageF smoothed(const ImageView8& image) {
-  const int width = image.width(), height = image.height();
-  ImageF result(image.size());
-  LastRows<std::uint16_t> across(width);
-  std::vector<std::uint8_t> padded;
-  int next = 0;
-  for (int y = 0; y < height; ++y) {
-    for (; next <= std::min(y + 2, height - 1); ++next)
-      smooth_along(image.row(next), width, padded, across.row(next));
-    const auto row = [&](int i) { return across.row(std::clamp(i, 0, height - 1)); };
-    const std::uint16_t *a = row(y - 2), *b = row(y - 1), *c = row(y), *d = row(y + 1),
-                        *e = row(y + 2);
-    float* to = result.row(y);
-    for (int x = 0; x < width; ++x) {
-      const auto sum = static_cast<std::uint16_t>(a[x] + e[x] + 4 * (b[x] + d[x]) + 6 * c[x]);
-      to[x] = static_cast<float>(sum) / 256.F;  // numeric: sum of both filters' weights
-    }
-  }
-  return result;
-}
 
 struct Hessian {
   float xx, xy, yy;
@@ -195,13 +147,13 @@ Vector2d saddle_point(const ImageF& image, int x, int y) {
   return Vector2d(x, y) + step.cwiseMax(-1.0).cwiseMin(1.0);
 }
 
-using Strengths = LastRows<float>;
+constexpr int kStrengthRows = 5;  // numeric: a window about a peak
 
-using StrengthRows = std::array<const float*, Strengths::kRows>;
+using StrengthRows = std::array<const float*, kStrengthRows>;
 
 // True for the strongest of 5x5 pixels, in rows from above to below; of equal ones the first.
 bool is_peak(const StrengthRows& rows, int x) {
-  constexpr int kReach = Strengths::kRows / 2;
+  constexpr int kReach = kStrengthRows / 2;
   const float here = rows[kReach][x];
   for (int v = -kReach; v <= kReach; ++v)
     for (int u = -kReach; u <= kReach; ++u) {
@@ -239,15 +191,15 @@ void visit_peaks(const StrengthRows& rows, int width, float least, const Visit& 
 
 std::vector<Junction> find_junctions(const ImageView8& image) {
   const ImageF smooth = smoothed(image);
-  Strengths strength(image.width());
+  ImageF strength({image.width(), kStrengthRows});  // the last rows
   const auto least = static_cast<float>(std::pow(kMinStrength, 2));
   std::vector<Junction> junctions;
   int next = 0;
   for (int y = 3; y + 3 < image.height(); ++y) {
-    for (; next <= y + 2; ++next) saddles(smooth, next, strength.row(next));
+    for (; next <= y + 2; ++next) saddles(smooth, next, strength.row(next % kStrengthRows));
     StrengthRows rows;
-    for (int i = 0; i < Strengths::kRows; ++i)
-      rows[static_cast<std::size_t>(i)] = strength.row(y + i - Strengths::kRows / 2);
+    for (int i = 0; i < kStrengthRows; ++i)
+      rows[static_cast<std::size_t>(i)] = strength.row((y + i - kStrengthRows / 2) % kStrengthRows);
     visit_peaks(rows, image.width(), least, [&](int x) {
       const Vector2d at = saddle_point(smooth, x, y);
       for (const double radius : policy::kJunctionRadiiPx) {

@@ -4,6 +4,7 @@
 #include <array>
 #include <opencv2/features2d.hpp>
 
+#include "tagcal/detect/opencv/mat_of.hpp"
 #include "tagcal/detect/policy/policy.hpp"
 
 namespace tagcal::internal {
@@ -38,12 +39,8 @@ cv::SimpleBlobDetector::Params blob_parameters(const ImageView8& image, int num_
 std::vector<CircleBlob> circle_blobs(const ImageView8& image, int num_blobs) {
   const cv::SimpleBlobDetector::Params parameters = blob_parameters(image, num_blobs);
   if (parameters.maxThreshold - parameters.minThreshold < policy::kMinContrast) return {};
-  // OpenCV reads the pixels only.
-  const cv::Mat pixels(image.height(), image.width(), CV_8UC1,
-                       const_cast<std::uint8_t*>(image.row(0)),
-                       static_cast<std::size_t>(image.stride()));
   std::vector<cv::KeyPoint> blobs;
-  cv::SimpleBlobDetector::create(parameters)->detect(pixels, blobs);
+  cv::SimpleBlobDetector::create(parameters)->detect(mat_of(image), blobs);
   std::vector<CircleBlob> result;
   for (const cv::KeyPoint& blob : blobs)
     result.push_back({Eigen::Vector2d(blob.pt.x, blob.pt.y), blob.size});

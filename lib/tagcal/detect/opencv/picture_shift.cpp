@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 
+#include "tagcal/detect/opencv/mat_of.hpp"
+
 namespace tagcal::internal {
 namespace {
 
@@ -12,12 +14,6 @@ constexpr int kReach = kReducedSide / 8;  // numeric: a limit of work
 // 0.7 the same 295 of 300 frames of the study tracking are followed.
 constexpr double kLeastSimilar = 0.5;
 constexpr int kLeastSide = 8;  // numeric: px of the part that is compared
-
-cv::Mat mat_of(const ImageView8& image) {
-  // OpenCV reads the pixels only.
-  return {image.height(), image.width(), CV_8UC1, const_cast<std::uint8_t*>(image.row(0)),
-          static_cast<std::size_t>(image.stride())};
-}
 
 }  // namespace
 

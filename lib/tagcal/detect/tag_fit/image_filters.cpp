@@ -15,11 +15,6 @@
 namespace tagcal::internal {
 namespace {
 
-// A simple loop, which compilers vectorise.
-void raise_to(const std::uint8_t* in, int count, std::uint8_t* out) {
-  for (int x = 0; x < count; ++x) out[x] = std::max(out[x], in[x]);
-}
-
 // Gains that bring the four phases of a raw mosaic to one level (even and odd columns of even rows,
 // then of odd rows), all 1 or more. No value for other pictures.
 using MosaicGains = std::array<double, 4>;
@@ -84,24 +79,6 @@ Image8 with_gains(const ImageView8& image, const MosaicGains& gains) {
 }
 
 }  // namespace
-
-Image8 brightest(const ImageView8& image, int radius) {
-  const int width = image.width(), height = image.height();
-  Image8 rows(image.size());
-  for (int y = 0; y < height; ++y) std::copy_n(image.row(y), width, rows.row(y));
-  for (int y = 0; y < height; ++y) {
-    for (int shift = 1; shift <= std::min(radius, width - 1); ++shift) {
-      raise_to(image.row(y) + shift, width - shift, rows.row(y));
-      raise_to(image.row(y), width - shift, rows.row(y) + shift);
-    }
-  }
-  Image8 result = rows;
-  for (int y = 0; y < height; ++y) {
-    for (int i = std::max(0, y - radius); i <= std::min(height - 1, y + radius); ++i)
-      if (i != y) raise_to(rows.row(i), width, result.row(y));
-  }
-  return result;
-}
 
 Image8 halved(const ImageView8& image) {
   const int width = image.width() / 2;  // outside of the image, so that compilers vectorise

@@ -5,10 +5,6 @@
 // Private to detect.
 namespace tagcal::internal {
 
-// Replaces each pixel by its brightest neighbour up to `radius` away in x and y: black shrinks by
-// `radius`.
-Image8 brightest(const ImageView8& image, int radius);
-
 // Half as wide and high, rounded down: each pixel the mean of four. Precondition: 2x2 at least.
 Image8 halved(const ImageView8& image);
 
