@@ -13,6 +13,7 @@
 #include <map>
 #include <regex>
 #include <sstream>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -82,8 +83,7 @@ class Cli : public testing::Test {
     fs::remove_all(root());  // of a killed process with the same number
     fs::create_directories(root());
     spill(root() / "scene.yaml", kScene);
-    const Outcome rendered = run("render " + path("scene.yaml") + " --out " + path("set"));
-    ASSERT_EQ(rendered.exit_code, 0) << rendered.err;
+    good_run("render " + path("scene.yaml") + " --out " + path("set"));
   }
   static void TearDownTestSuite() { fs::remove_all(root()); }
 
@@ -107,6 +107,15 @@ class Cli : public testing::Test {
     line.append(" </dev/null");
     const int status = std::system(line.c_str());
     return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, slurp(out), slurp(err)};
+  }
+
+  // A run that must end with exit 0; otherwise the test ends.
+  static Outcome good_run(const std::string& arguments) {
+    const Outcome outcome = run(arguments);
+    if (outcome.exit_code != 0)
+      throw std::runtime_error("tagcal " + arguments + ": exit " +
+                               std::to_string(outcome.exit_code) + "\n" + outcome.err);
+    return outcome;
   }
 
   // Exit 2, one line that names all of `parts`, nothing on stdout.

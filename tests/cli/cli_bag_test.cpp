@@ -19,8 +19,7 @@ class CliBag : public Cli {
           "path: {type: ring, radius_m: 0.5, centre_m: [0, 0, 0.6], end_deg: 120}\n"
           "views: " +
               std::to_string(views) + "\nsensor: {blur_px: 0.6, noise_levels: 1}\n");
-    const Outcome rendered = run("render " + path("scene.yaml") + " --force --out " + path("set"));
-    ASSERT_EQ(rendered.exit_code, 0) << rendered.err;
+    good_run("render " + path("scene.yaml") + " --force --out " + path("set"));
     McapWriter bag("/camera/image_raw");
     double time_s = 1000;
     for (const fs::path& picture : list_pictures(root() / "set/images"))
@@ -33,8 +32,7 @@ TEST_F(CliBag, HasTheCornersOfItsPictures) {
   render(4);
   const std::string detect = "detect --target " + path("set/target.yaml") + " --no-cache --out ";
   ASSERT_EQ(run(detect + path("a.csv") + " " + path("set/images")).exit_code, 0);
-  const Outcome out = run(detect + path("b.csv") + " " + path("a.mcap") + ":/camera/image_raw");
-  ASSERT_EQ(out.exit_code, 0) << out.err;
+  good_run(detect + path("b.csv") + " " + path("a.mcap") + ":/camera/image_raw");
   const std::string of_bag = slurp(root() / "b.csv");
   EXPECT_HAS(of_bag, ",time_s\na@000000,");
   EXPECT_HAS(of_bag, ",1000.300000\n");
@@ -45,16 +43,15 @@ TEST_F(CliBag, HasTheCornersOfItsPictures) {
   // The corners of a bag are a data set's.
   spill(root() / "set/dataset.yaml",
         "image_size: [320, 240]\ntarget: target.yaml\nobservations: ../b.csv\n");
-  const Outcome again = run("calibrate " + path("set") + " --model f");
-  EXPECT_EQ(again.exit_code, 0) << again.err;
+  good_run("calibrate " + path("set") + " --model f");
 }
 
 TEST_F(CliBag, FramesThatAddMostAreUsed) {
   render(75);
   const std::string calibrate =
       "calibrate --target " + path("set/target.yaml") + " --model f --json --no-cache ";
-  const Outcome out = run(calibrate + path("a.mcap") + " --keep " + path("used") + " --explain");
-  ASSERT_EQ(out.exit_code, 0) << out.err;
+  const Outcome out =
+      good_run(calibrate + path("a.mcap") + " --keep " + path("used") + " --explain");
   const auto frames = nlohmann::json::parse(out.out).at("frames");
   EXPECT_EQ(frames.at("all"), 75);
   EXPECT_EQ(frames.at("with_board"), 75);

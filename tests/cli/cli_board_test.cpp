@@ -70,8 +70,8 @@ TEST_F(CliBoard, PaperPicksTheLargestBoardAndWritesItsTarget) {
          {std::tuple("letter", 215.9, 279.4), {"a4", 210, 297}, {"a3", 297, 420}}) {
       SCOPED_TRACE(name + " " + paper);
       const std::string png = path(name + "-" + paper + ".png");
-      const Outcome made = run("board " + yaml + " --dpi 50.8 --paper " + paper + " --out " + png);
-      ASSERT_EQ(made.exit_code, 0) << made.err;
+      const Outcome made =
+          good_run("board " + yaml + " --dpi 50.8 --paper " + paper + " --out " + png);
       EXPECT_HAS(made.err, name + "-" + paper + ".yaml: the target to use");
       const Board board = read_target(root() / (name + "-" + paper + ".yaml"));
       const double half_mm = leading_size(board) * 2000;
@@ -95,17 +95,14 @@ TEST_F(CliBoard, PaperPicksTheLargestBoardAndWritesItsTarget) {
   const auto charuco = std::get<Charuco>(read_target(root() / "charuco-a4.yaml").pattern);
   EXPECT_NEAR(charuco.marker_size / charuco.square_size, 26.0 / 35, 0.02);
   const double landscape = leading_size(read_target(root() / "grid-a4.yaml"));
-  ASSERT_EQ(
-      run("board " + target("grid") + " --paper a4 --landscape --out " + path("l.svg")).exit_code,
-      0);
+  good_run("board " + target("grid") + " --paper a4 --landscape --out " + path("l.svg"));
   EXPECT_LT(leading_size(read_target(root() / "l.yaml")), landscape);
   EXPECT_HAS(slurp(root() / "l.svg"), "width=\"297.0000mm\"");
 }
 
 TEST_F(CliBoard, PdfsAreTrueToScale) {
   for (const auto& [name, text] : kBoards) {
-    ASSERT_EQ(run("board " + target(name) + " --paper a4 --out " + path(name + "-4.pdf")).exit_code,
-              0);
+    good_run("board " + target(name) + " --paper a4 --out " + path(name + "-4.pdf"));
     const std::string text_of_pdf = slurp(root() / (name + "-4.pdf"));
     EXPECT_TRUE(text_of_pdf.starts_with("%PDF-"));
     const bool portrait = text_of_pdf.find("/MediaBox [ 0 0 595.27") != std::string::npos;
@@ -119,8 +116,8 @@ TEST_F(CliBoard, PdfsAreTrueToScale) {
 }
 
 TEST_F(CliBoard, TilesCoverTheBoard) {
-  const Outcome made = run("board " + target("grid") + " --tile a4 --out " + path("tiles.pdf"));
-  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const Outcome made =
+      good_run("board " + target("grid") + " --tile a4 --out " + path("tiles.pdf"));
   // 748 x 776 mm on pages that each add 176 x 263 mm.
   EXPECT_HAS(made.err, "15 pages of a4");
   EXPECT_EQ(count(slurp(root() / "tiles.pdf"), "/MediaBox"), 15U);
@@ -131,8 +128,7 @@ TEST_F(CliBoard, TilesCoverTheBoard) {
 // The squares of a printed checkerboard, as OpenCV finds them.
 TEST_F(CliBoard, SquaresAreTrueToScale) {
   const std::string png = path("squares.png");
-  const Outcome made = run("board " + target("checker") + " --dpi 127 --out " + png);
-  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const Outcome made = good_run("board " + target("checker") + " --dpi 127 --out " + png);
   EXPECT_HAS(made.err, "9 x 6 squares of 30 mm on 300 x 235 mm, fits a3");
   const Image8 picture = read_image(png);
   const cv::Mat mat(picture.height(), picture.width(), CV_8U,
@@ -153,8 +149,7 @@ TEST_F(CliBoard, NamesOfFilesMayBeAnything) {
   for (const std::string name : {"b\xE4r<&>.yaml", "\xC3\x9C ber.yaml"}) {
     fs::copy_file(root() / "checker.yaml", root() / name, fs::copy_options::overwrite_existing);
     for (const std::string out : {"named.pdf", "named.svg", "named.png --dpi 50"}) {
-      const Outcome made = run("board '" + path(name) + "' --out " + path(out));
-      EXPECT_EQ(made.exit_code, 0) << made.err;
+      good_run("board '" + path(name) + "' --out " + path(out));
     }
     const std::string svg = slurp(root() / "named.svg");
     const bool utf8 = name.starts_with("\xC3");
@@ -164,8 +159,7 @@ TEST_F(CliBoard, NamesOfFilesMayBeAnything) {
 }
 
 TEST_F(CliBoard, WarnsWherePaperIsTooSmall) {
-  const Outcome large = run("board " + target("grid") + " --out " + path("large.svg"));
-  EXPECT_EQ(large.exit_code, 0);
+  const Outcome large = good_run("board " + target("grid") + " --out " + path("large.svg"));
   EXPECT_HAS(large.err, "warning: 748 x 776 mm fit on no common paper");
   const std::string svg = slurp(root() / "large.svg");
   EXPECT_HAS(svg, "width=\"748.0000mm\"");
@@ -184,8 +178,7 @@ TEST_F(CliBoard, WhatPaperOrPixelsCannotShowIsRefused) {
   const std::string two = list + "0.1, pose: {}}\n  - {id: 1, size: 0.1, pose: {translation_m: [";
   for (const auto& [x, covers] : {std::pair("0.01", true), {"0.1", false}, {"-0.099", true}}) {
     spill(root() / "two.yaml", two + x + ", 0, 0]}}\n");
-    const Outcome made = run("board " + path("two.yaml") + " --out " + path("two.pdf"));
-    EXPECT_EQ(made.exit_code, 0) << made.err;
+    const Outcome made = good_run("board " + path("two.yaml") + " --out " + path("two.pdf"));
     EXPECT_EQ(made.err.find("two.yaml: tags 1 and 3 cover each other") != std::string::npos, covers)
         << made.err;
   }

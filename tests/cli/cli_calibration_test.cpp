@@ -43,8 +43,7 @@ TEST_F(Cli, WithoutAFocalLengthTheModelIsWeak) {
   const std::string straight = replaced(flat, "jitter: {target_m: 0.02, roll_deg: 20}\n", "");
   spill(root() / "straight.yaml",
         replaced(straight, "radial1, f: 520, cx: 317, cy: 203, distortion: [-0.1]", "f, f: 520"));
-  ASSERT_EQ(
-      run("render " + path("straight.yaml") + " --views 4 --out " + path("straight")).exit_code, 0);
+  good_run("render " + path("straight.yaml") + " --views 4 --out " + path("straight"));
   const std::string set = "calibrate " + path("straight") +
                           " --sigma-px 0.2 --advise --observations " +
                           path("straight/observations_exact.csv");
@@ -201,9 +200,8 @@ TEST_F(Cli, AnAnswerNamesThePicturesWithoutABoard) {
   const fs::path folder = root() / "with-blank";
   fs::copy(root() / "set/images", folder, fs::copy_options::recursive);
   spill(folder / "blank.pgm", "P5 640 400 255\n" + std::string(640 * 400, '\x80'));
-  const Outcome outcome = run("calibrate --target " + path("set/target.yaml") + " " +
-                              folder.string() + " --model radial1 --json");
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Outcome outcome = good_run("calibrate --target " + path("set/target.yaml") + " " +
+                                   folder.string() + " --model radial1 --json");
   const Json answer = Json::parse(outcome.out);
   bool is_named = false;
   for (const Json& finding : answer["findings"])

@@ -20,8 +20,7 @@ std::vector<std::string> without_times(const std::string& csv) {
 }
 
 TEST_F(Cli, chartWritesTablesAndPictures) {
-  const Outcome outcome = run("chart focal --trials 2 --out " + path("focal"));
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  good_run("chart focal --trials 2 --out " + path("focal"));
   const auto files = bytes_of(path("focal"));
   EXPECT_TRUE(
       files.at("chart.csv")

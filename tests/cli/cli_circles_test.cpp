@@ -9,13 +9,12 @@ const std::string kCircles = std::string(TAGCAL_SOURCE_DIR) + "/data-synthetic/s
 TEST_F(Cli, CirclesCalibrateWithinTheirClaims) {
   const std::string set = path("circles"), camera = path("circles_camera.yaml");
   ASSERT_EQ(run("render " + kCircles + " --out " + set).exit_code, 0);
-  const Outcome detected = run("detect " + set + " --out " + path("circles.csv"));
-  ASSERT_EQ(detected.exit_code, 0) << detected.err;
+  const Outcome detected = good_run("detect " + set + " --out " + path("circles.csv"));
   EXPECT_HAS(detected.out, "12 of 12 pictures show the target: 528 corners");
   const std::string corners = " --observations " + path("circles.csv");
   for (const std::string refined : {"", " --refine-corners"}) {
-    const Outcome calibrated = run("calibrate " + set + corners + refined + " --out " + camera);
-    ASSERT_EQ(calibrated.exit_code, 0) << calibrated.err;
+    const Outcome calibrated =
+        good_run("calibrate " + set + corners + refined + " --out " + camera);
     EXPECT_LACKS(calibrated.err, "not refined");
     const Outcome truth = run("validate " + camera + " --dataset " + set + corners + " --truth");
     EXPECT_EQ(truth.exit_code, 0) << truth.out;
@@ -32,12 +31,9 @@ TEST_F(Cli, CirclesThatBoardPrintsAreFound) {
   for (const std::string kind : {"asymmetric", "symmetric"}) {
     const std::string target = path(kind + ".yaml"), sheet = path(kind + "_sheet.png");
     const std::string printed = path(kind + "_sheet.yaml");  // may be smaller, to fit the paper
-    ASSERT_EQ(
-        run("board " + target + " --paper letter --landscape --dpi 150 --out " + sheet).exit_code,
-        0);
+    good_run("board " + target + " --paper letter --landscape --dpi 150 --out " + sheet);
     const Outcome found =
-        run("detect --target " + printed + " " + sheet + " --out " + path("n.csv"));
-    EXPECT_EQ(found.exit_code, 0) << found.err;
+        good_run("detect --target " + printed + " " + sheet + " --out " + path("n.csv"));
     EXPECT_HAS(found.out, "1 of 1 picture") << found.err;
   }
 }
@@ -49,9 +45,8 @@ TEST_F(Cli, CirclesConvertToOpenCvsListOfPoints) {
   spill(root() / "two.csv",
         "image,tag_id,corner,x_px,y_px\na.png,0,0,10,40\na.png,1,0,30,40\na.png,2,0,10,20\n"
         "a.png,3,0,30,20\n");
-  const Outcome made = run("convert " + path("two.csv") + " " + path("two.yml") + " --target " +
-                           path("two.yaml") + " --to opencv");
-  ASSERT_EQ(made.exit_code, 0) << made.err;
+  good_run("convert " + path("two.csv") + " " + path("two.yml") + " --target " + path("two.yaml") +
+           " --to opencv");
   const std::string text = slurp(root() / "two.yml");
   EXPECT_HAS(text, "data: [ 10, 20, 30, 20, 10, 40, 30, 40 ]");
 }

@@ -26,8 +26,7 @@ class ConvertModel : public Cli {
 
 TEST_F(ConvertModel, ADoubleSphereBecomesAFisheye) {
   const Outcome outcome =
-      run(convert("ds.yaml", "kb.yaml", "--model fisheye4 --picture " + path("d.svg")));
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+      good_run(convert("ds.yaml", "kb.yaml", "--model fisheye4 --picture " + path("d.svg")));
   EXPECT_HAS(outcome.out, "model fisheye4 for the double sphere lens");
   EXPECT_HAS(outcome.out, "  whole image         0.000");
   EXPECT_LACKS(outcome.out, "+-");  // nothing is known about the source
@@ -37,9 +36,7 @@ TEST_F(ConvertModel, ADoubleSphereBecomesAFisheye) {
   const std::string svg = slurp(root() / "d.svg");
   EXPECT_HAS(svg, "difference of model fisheye4 from the lens, pixels");
   EXPECT_HAS(svg, ">0.01 px<");  // of the scale
-  EXPECT_EQ(
-      run(convert("ds.yaml", "kb.yaml", "--model fisheye4 --picture " + path("d.png"))).exit_code,
-      0);
+  good_run(convert("ds.yaml", "kb.yaml", "--model fisheye4 --picture " + path("d.png")));
   EXPECT_TRUE(slurp(root() / "d.png").starts_with("\x89PNG"));
 }
 
@@ -51,8 +48,7 @@ TEST_F(ConvertModel, ADoubleSphereIsKept) {
   ASSERT_EQ(run(there + path("b.json") + " --to basalt").exit_code, 0);
   EXPECT_HAS(slurp(root() / "b.json"), "\"camera_type\": \"ds\"");
   ASSERT_EQ(run("convert " + path("b.json") + " " + path("k.yaml") + " --to kalibr").exit_code, 0);
-  const Outcome same = run("diff " + path("k.yaml") + " " + path("ds.yaml"));
-  EXPECT_EQ(same.exit_code, 0) << same.err;
+  good_run("diff " + path("k.yaml") + " " + path("ds.yaml"));
   EXPECT_HAS(slurp(root() / "k.yaml"), "intrinsics: [-0.1721308603435324");
 }
 
@@ -68,13 +64,9 @@ TEST_F(ConvertModel, ALensThatTheModelDoesNotDescribeIsAFailedCheck) {
 }
 
 TEST_F(ConvertModel, ACalibrationKeepsItsStandardDeviations) {
-  ASSERT_EQ(
-      run("calibrate " + path("set") + " --observations " + path("set/observations_exact.csv") +
-          " --model radial1 --out " + path("radial1.yaml"))
-          .exit_code,
-      0);
-  const Outcome wide = run(convert("radial1.yaml", "larger.yaml", "--model opencv4"));
-  ASSERT_EQ(wide.exit_code, 0) << wide.err;
+  good_run("calibrate " + path("set") + " --observations " + path("set/observations_exact.csv") +
+           " --model radial1 --out " + path("radial1.yaml"));
+  const Outcome wide = good_run(convert("radial1.yaml", "larger.yaml", "--model opencv4"));
   EXPECT_HAS(wide.out, "model opencv4 for the lens of model radial1");
   EXPECT_HAS(wide.out, "  where corners were  ");
   EXPECT_HAS(wide.out, " +- ");
@@ -83,20 +75,14 @@ TEST_F(ConvertModel, ACalibrationKeepsItsStandardDeviations) {
   const Outcome small = run(convert("radial1.yaml", "small.yaml", "--model f+c"));
   EXPECT_EQ(small.exit_code, 1);
   EXPECT_HAS(small.err, "over the part of the image that had corners, more than 0.1 px");
-  EXPECT_EQ(
-      run(convert("radial1.yaml", "small.yaml", "--model f+c --max-difference-px 100")).exit_code,
-      0);
+  good_run(convert("radial1.yaml", "small.yaml", "--model f+c --max-difference-px 100"));
 }
 
 // A fixed parameter may have a value that its model does not have otherwise.
 TEST_F(ConvertModel, ACalibrationWithAFixedParameterIsRead) {
-  ASSERT_EQ(
-      run("calibrate " + path("set") + " --observations " + path("set/observations_exact.csv") +
-          " --model radial1 --fix k2=0.001 --out " + path("fixed.yaml"))
-          .exit_code,
-      0);
-  const Outcome outcome = run(convert("fixed.yaml", "free.yaml", "--model radial2"));
-  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  good_run("calibrate " + path("set") + " --observations " + path("set/observations_exact.csv") +
+           " --model radial1 --fix k2=0.001 --out " + path("fixed.yaml"));
+  good_run(convert("fixed.yaml", "free.yaml", "--model radial2"));
 }
 
 TEST_F(ConvertModel, BadOptions) {

@@ -11,14 +11,12 @@ using ConvertCli = PoseCli;
 
 TEST_F(ConvertCli, EveryCameraOptionTakesEveryFormat) {
   const Outcome known_truth =
-      run("pose " + set() + exact() + " --json --camera " + path("set/truth.yaml"));
-  ASSERT_EQ(known_truth.exit_code, 0) << known_truth.err;
+      good_run("pose " + set() + exact() + " --json --camera " + path("set/truth.yaml"));
   for (const std::string format :
        {"tagcal", "opencv", "kalibr", "euroc", "ros", "colmap", "mrcal", "nerfstudio", "basalt"}) {
     const std::string out = path("camera-" + format);
     const Outcome written =
-        run("convert " + path("set/truth.yaml") + " " + out + " --to " + format);
-    EXPECT_EQ(written.exit_code, 0) << written.err;
+        good_run("convert " + path("set/truth.yaml") + " " + out + " --to " + format);
     EXPECT_EQ(written.out, "");
     EXPECT_HAS(written.err, "wrote " + out);
     const Json a = Json::parse(known_truth.out)["views"];
@@ -29,12 +27,11 @@ TEST_F(ConvertCli, EveryCameraOptionTakesEveryFormat) {
                                    pose_of(b[i]["camera_from_board"])),
                 1e-9)
           << format;
-    EXPECT_EQ(run("view " + set() + " --camera " + out + " --json").exit_code, 0) << format;
-    EXPECT_EQ(run("validate " + out + " --dataset " + set() + exact()).exit_code, 0) << format;
+    good_run("view " + set() + " --camera " + out + " --json");
+    good_run("validate " + out + " --dataset " + set() + exact());
   }
   const Outcome same =
-      run("diff " + path("camera-colmap") + " " + path("set/truth.yaml") + " --json");
-  ASSERT_EQ(same.exit_code, 0) << same.err;
+      good_run("diff " + path("camera-colmap") + " " + path("set/truth.yaml") + " --json");
   EXPECT_LT(Json::parse(same.out)["differences"][0]["max_px"], 1e-6);
 }
 
@@ -42,16 +39,11 @@ TEST_F(ConvertCli, PosesOfPoseGoOut) {
   spill(path("poses.json"),
         run("pose " + set() + exact() + " --json --camera " + path("set/truth.yaml")).out);
   const std::string poses = " --poses " + path("poses.json");
-  const Outcome tum = run("convert " + path("set/truth.yaml") + poses + " " + path("p.tum"));
-  ASSERT_EQ(tum.exit_code, 0) << tum.err;
+  const Outcome tum = good_run("convert " + path("set/truth.yaml") + poses + " " + path("p.tum"));
   const std::string text = slurp(path("p.tum"));
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1 + 6);
-  ASSERT_EQ(run("convert " + path("set/truth.yaml") + poses + " " + path("sparse") + " --to colmap")
-                .exit_code,
-            0);
-  EXPECT_EQ(
-      run("convert " + path("set/truth.yaml") + " " + path("sparse") + " --to colmap").exit_code,
-      0);
+  good_run("convert " + path("set/truth.yaml") + poses + " " + path("sparse") + " --to colmap");
+  good_run("convert " + path("set/truth.yaml") + " " + path("sparse") + " --to colmap");
   // Points of a model, which are never written, are not lost.
   std::ofstream(path("sparse/points3D.txt")) << "1 0 0 1 255 255 255 0.5 1 0\n";
   const Outcome refused =
@@ -64,8 +56,7 @@ TEST_F(ConvertCli, PosesOfPoseGoOut) {
 
 TEST_F(ConvertCli, NotesSayWhatChanges) {
   spill(path("m.cameramodel"), kMrcal);
-  const Outcome outcome = run("convert " + path("m.cameramodel") + " " + path("cameras.txt"));
-  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Outcome outcome = good_run("convert " + path("m.cameramodel") + " " + path("cameras.txt"));
   for (const char* const part : {"dropped: optimization_inputs", "dropped: valid_intrinsics_region",
                                  "cx and cy became 0.5 larger", "dropped: the place of the camera"})
     EXPECT_HAS(outcome.err, part);
@@ -106,18 +97,14 @@ TEST_F(ConvertCli, WrongFilesAndOptions) {
                      {option.substr(0, option.find(' ')), "--target"});
   EXPECT_FALSE(fs::exists(path("o.xml")));
   EXPECT_FALSE(fs::exists(path("o.yaml")));
-  EXPECT_EQ(
-      run("convert " + path("stereo.yml:left") + " " + path("left.xml") + " --image-size 640x480")
-          .exit_code,
-      0);
+  good_run("convert " + path("stereo.yml:left") + " " + path("left.xml") + " --image-size 640x480");
 }
 
 // Half of the pixels of a part of the pictures.
 TEST_F(ConvertCli, CamerasOfPartsAndScaledPictures) {
   const std::string truth = path("set/truth.yaml");
-  const Outcome written = run("convert " + truth + " " + path("part.yaml") +
-                              " --to tagcal --crop 40,20,560x360 --resize 280x180");
-  ASSERT_EQ(written.exit_code, 0) << written.err;
+  const Outcome written = good_run("convert " + truth + " " + path("part.yaml") +
+                                   " --to tagcal --crop 40,20,560x360 --resize 280x180");
   const auto camera_of = [](const std::string& file) {
     return read_one_camera(file).cameras[0].calibration.camera;
   };
@@ -132,8 +119,7 @@ TEST_F(ConvertCli, CamerasOfPartsAndScaledPictures) {
   const std::string convert = "convert " + truth + " " + path("o.yaml") + " --to tagcal ";
   // A scale that is equal but for the rounding of the sides, and one of another aspect ratio.
   EXPECT_LACKS(run(convert + "--resize 213x133").err, "--resize: ");
-  const Outcome squeezed = run(convert + "--resize 320x240");
-  EXPECT_EQ(squeezed.exit_code, 0) << squeezed.err;
+  const Outcome squeezed = good_run(convert + "--resize 320x240");
   EXPECT_HAS(squeezed.err, "--resize: 640x400 to 320x240 scales x by 0.5 and y by 0.6");
   expect_bad_input(convert + "--resize 640", {"--resize", "WIDTHxHEIGHT"});
   expect_bad_input(convert + "--crop 640x480", {"--crop", "X,Y,WIDTHxHEIGHT"});
@@ -168,19 +154,14 @@ TEST_F(ConvertCli, CornersOfACheckerboardCalibrate) {
         "colSpacingMeters: 0.05\n");
   spill(path("checker/dataset.yaml"),
         "image_size: [640, 480]\ntarget: board.yaml\nobservations: corners.vnl\n");
-  const Outcome outcome =
-      run("calibrate " + path("checker") + " --model pinhole --out " + path("k.yaml"));
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  good_run("calibrate " + path("checker") + " --model pinhole --out " + path("k.yaml"));
   EXPECT_NEAR(std::get<Perspective>(read_calibration(path("k.yaml")).camera.lens).parameters()[0],
               500, 0.01);
   const std::string target = " --target " + path("checker/board.yaml");
-  EXPECT_EQ(run("convert " + path("checker/corners.vnl") + " " + path("c.xml") + target).exit_code,
-            0);
+  good_run("convert " + path("checker/corners.vnl") + " " + path("c.xml") + target);
   EXPECT_EQ(run("convert " + path("c.xml") + " " + path("c.vnl") + target).exit_code, 0);
   EXPECT_EQ(slurp(path("c.vnl")).size() > 100, true);
-  EXPECT_EQ(run("calibrate " + path("checker") + " --model pinhole --observations " + path("c.xml"))
-                .exit_code,
-            0);
+  good_run("calibrate " + path("checker") + " --model pinhole --observations " + path("c.xml"));
 }
 
 }  // namespace

@@ -10,8 +10,7 @@ namespace {
 using Lines = std::vector<std::string>;
 
 TEST_F(Cli, DrawWritesAPictureOfEachView) {
-  const Outcome outcome = run("detect " + path("set") + " --draw " + path("drawn"));
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Outcome outcome = good_run("detect " + path("set") + " --draw " + path("drawn"));
   EXPECT_EQ(outcome.out, run("detect " + path("set")).out);
   const auto drawn = bytes_of(root() / "drawn");
   EXPECT_EQ(drawn.size(), 6u);
@@ -42,13 +41,12 @@ TEST_F(Cli, ExplainNamesTheMistakeOnStderr) {
   spill(root() / "kalibr.yaml", replaced(target, "border_bits: 1", "border_bits: 2"));
   const std::string picture = path("set/images/000.png");
   const Outcome good =
-      run("detect --target " + path("set/target.yaml") + " " + picture + " --explain");
-  ASSERT_EQ(good.exit_code, 0) << good.err;
+      good_run("detect --target " + path("set/target.yaml") + " " + picture + " --explain");
   EXPECT_EQ(good.out, run("detect --target " + path("set/target.yaml") + " " + picture).out);
   EXPECT_HAS(good.err, "four-sided shapes");
   EXPECT_LACKS(good.err, "wrong");
-  const Outcome bad = run("detect --target " + path("kalibr.yaml") + " " + picture + " --explain");
-  EXPECT_EQ(bad.exit_code, 0);
+  const Outcome bad =
+      good_run("detect --target " + path("kalibr.yaml") + " " + picture + " --explain");
   EXPECT_HAS(bad.err, "wrong border: ");
   // It does not advise the option that was given, or to search for what it has named.
   write_png(root() / "grey.png", Image8({640, 400}, 128));
@@ -83,8 +81,7 @@ TEST_F(Cli, DetectSaysFirstWhatWasFound) {
     write_png(root() / "mixed" / name, grey);
   const std::string target = "detect --target " + path("set/target.yaml") + " --no-cache ";
 
-  const Outcome none = run(target + path("mixed") + " --out " + path("none.csv"));
-  EXPECT_EQ(none.exit_code, 0);
+  const Outcome none = good_run(target + path("mixed") + " --out " + path("none.csv"));
   EXPECT_TRUE(none.out.starts_with("NOTHING FOUND: the target is in none of 4 pictures\n"));
   EXPECT_HAS(none.err, "x0.png: no tag of the boards found; and 3 more like it: x1.png, x2.png");
 
@@ -104,8 +101,7 @@ TEST_F(Cli, DamagedPicturesAreLeftOutOfASearchForAFamily) {
   const std::string search = "detect --family tag36h11 ";
   const std::string all =
       search + path("damaged/a.png") + " " + path("damaged/b.png") + " " + path("damaged/c.png");
-  const Outcome outcome = run(all + " --draw " + path("damaged-drawn"));
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Outcome outcome = good_run(all + " --draw " + path("damaged-drawn"));
   EXPECT_EQ(outcome.out, run(search + path("damaged/a.png") + " " + path("damaged/c.png")).out);
   EXPECT_HAS(outcome.err, "b.png");
   EXPECT_HAS(outcome.err, "the picture is left out");

@@ -41,8 +41,7 @@ class Field : public PoseCli {
           "path: {type: line, target_m: [0, 5.5, 1.4], from_m: [3, 5.2, 0.9], "
           "to_m: [2.5, 6.1, 0.9]}\n"
           "sensor: {blur_px: 0.7, noise_levels: 1}\nviews: 2\n");
-    const Outcome outcome = run("render " + path("field-scene.yaml") + " --out " + path("field"));
-    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    good_run("render " + path("field-scene.yaml") + " --out " + path("field"));
     spill(root() / "field-camera.yaml",
           "image_width: 960\nimage_height: 720\ncamera_matrix: {rows: 3, cols: 3, dt: d, "
           "data: [800, 0, 479.5, 0, 800, 359.5, 0, 0, 1]}\n"
@@ -58,8 +57,7 @@ TEST_F(Field, TheCameraIsWhereTheRobotIs) {
   const std::string arguments = "pose --target " + path("field.json") + " " + pictures() +
                                 " --camera " + path("field-camera.yaml") +
                                 " --camera-error-px 0.01";
-  const Outcome outcome = run(arguments + " --json");
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Outcome outcome = good_run(arguments + " --json");
   EXPECT_HAS(outcome.err, "0.1651 m is taken");
   const Json views = Json::parse(outcome.out)["views"];
   const Truth truth = read_truth(root() / "field/truth.yaml");
@@ -98,8 +96,7 @@ TEST_F(Field, TagSizesBelongToFieldLayouts) {
 }
 
 TEST_F(Field, TagsAreDetectedWithoutATarget) {
-  const Outcome outcome = run("detect --family tag36h11 " + pictures());
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Outcome outcome = good_run("detect --family tag36h11 " + pictures());
   EXPECT_HAS(outcome.err, "OK: 2 of 2 pictures show a tag of tag36h11: 6 tags");
   const auto rows = rows_of(outcome.out);
   ASSERT_EQ(rows.size(), 1u + 2 * 3 * 4);
@@ -113,10 +110,8 @@ TEST_F(Field, TagsAreDetectedWithoutATarget) {
   for (std::size_t i = 1; i < rows.size(); ++i)
     EXPECT_NEAR(std::stod(rows[i][3]), std::stod(known[i][3]), 0.01);
   spill(root() / "any.csv", outcome.out);
-  EXPECT_EQ(run("pose " + path("field") + " --observations " + path("any.csv") + " --camera " +
-                path("field-camera.yaml"))
-                .exit_code,
-            0);
+  good_run("pose " + path("field") + " --observations " + path("any.csv") + " --camera " +
+           path("field-camera.yaml"));
 }
 
 TEST_F(Field, ARepeatedIdIsCounted) {
@@ -126,9 +121,8 @@ TEST_F(Field, ARepeatedIdIsCounted) {
   for (int y = 0; y < once.height(); ++y)
     for (int x = 0; x < twice.width(); ++x) twice(x, y) = once(x % once.width(), y);
   write_png(root() / "twice.png", twice);
-  const Outcome outcome = run("detect --family tag36h11 " + path("twice.png") + " --draw " +
-                              path("twice-drawn") + " --out " + path("twice.csv"));
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  good_run("detect --family tag36h11 " + path("twice.png") + " --draw " + path("twice-drawn") +
+           " --out " + path("twice.csv"));
   EXPECT_TRUE(fs::exists(root() / "twice-drawn/twice.png"));
   const auto rows = rows_of(slurp(root() / "twice.csv"));
   ASSERT_EQ(rows.size(), 1u + 6 * 4);
@@ -146,8 +140,7 @@ TEST_F(Field, MistakesWithoutATarget) {
                    {"--family, --target"});
   expect_bad_input("detect --family tag36h11 --explain" + picture, {"--explain"});
   expect_bad_input("detect --border-bits 1 " + path("set"), {"--border-bits"});
-  const Outcome none = run("detect --family tagStandard52h13" + picture);
-  EXPECT_EQ(none.exit_code, 0);
+  const Outcome none = good_run("detect --family tagStandard52h13" + picture);
   EXPECT_HAS(none.err, "NOTHING FOUND: a tag of tagStandard52h13");
 }
 

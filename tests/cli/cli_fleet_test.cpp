@@ -17,10 +17,8 @@ class CliFleet : public Cli {
     Cli::SetUpTestSuite();
     exact_set("one");
     exact_set("two");
-    ASSERT_EQ(run("calibrate " + path("one") + " " + path("two") + " --model f+c --sigma-px 0.2" +
-                  " --out " + path("real"))
-                  .exit_code,
-              0);
+    good_run("calibrate " + path("one") + " " + path("two") + " --model f+c --sigma-px 0.2" +
+             " --out " + path("real"));
   }
 
   // Numbers with blanks between them, each by a function of it and its place.
@@ -206,10 +204,8 @@ TEST_F(CliFleet, ListsWhatItDoesNotJudge) {
   put("various", "twin-2026-01-02", 0, 0, 0, [](Json&) {});
   spill(root() / "various/summary/torn.json", "{\"unit\": {");
   spill(root() / "various/notes.yaml", "colour: red\n");
-  ASSERT_EQ(
-      run("convert " + path("real/one.yaml") + " " + path("various/foreign.yaml") + " --to kalibr")
-          .exit_code,
-      0);
+  good_run("convert " + path("real/one.yaml") + " " + path("various/foreign.yaml") +
+           " --to kalibr");
   const Outcome outcome = run(command);
   EXPECT_EQ(outcome.exit_code, 1) << outcome.err;  // the damaged summary
   EXPECT_HAS(outcome.err, "warning: no calibration: ");

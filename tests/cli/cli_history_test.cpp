@@ -98,8 +98,7 @@ TEST_F(HistoryCli, TwoAreTooFewAndBadInputIsOneLine) {
         "distortion_coefficients: {rows: 1, cols: 5, dt: d, data: [0, 0, 0, 0, 0]}\n"
         "camera_name: bare\nbinning_x: 2\n");  // has a note, which is not printed
   spill(path("wide.yaml"), replaced(camera(), "image_width: 1280", "image_width: 1281"));
-  EXPECT_EQ(run("calibrate " + kDesk + " --model fisheye4 --out " + path("fish.yaml")).exit_code,
-            0);
+  good_run("calibrate " + kDesk + " --model fisheye4 --out " + path("fish.yaml"));
   spill(path("few.csv"), "name,value\na,1\n");
   const auto refused = [&](const std::string& rest, const std::string& named) {
     const Outcome outcome = run("history " + rest);

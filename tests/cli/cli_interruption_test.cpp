@@ -103,8 +103,7 @@ TEST_F(Interrupted, ResumeGoesOnAfterAFullDisk) {
     EXPECT_EQ(WEXITSTATUS(std::system(limited.c_str())), 2) << bytes;
     EXPECT_EQ(entries("full"), Names{"full.partial"}) << bytes;
   }
-  const Outcome resumed = run(render("full", "--resume"));
-  EXPECT_EQ(resumed.exit_code, 0) << resumed.err;
+  good_run(render("full", "--resume"));
   EXPECT_EQ(bytes_of(root() / "full"), bytes_of(root() / "whole"));
 }
 
@@ -112,8 +111,10 @@ TEST_F(Interrupted, ResumeRefusesOtherWork) {
   const auto process = begun("other", "--resume");
   process->send(SIGKILL);
   process->wait();
-  expect_bad_input(render("other", "--resume --seed 1"), {"other.partial", "started with different"});
-  expect_bad_input(render("other", "--resume --views 5"), {"other.partial", "started with different"});
+  expect_bad_input(render("other", "--resume --seed 1"),
+                   {"other.partial", "started with different"});
+  expect_bad_input(render("other", "--resume --views 5"),
+                   {"other.partial", "started with different"});
   const std::string scene = slurp(root() / "long.yaml");
   spill(root() / "long.yaml", replaced(scene, "noise_levels: 2", "noise_levels: 3"));
   expect_bad_input(render("other", "--resume"), {"other.partial", "started with different"});
@@ -204,8 +205,7 @@ TEST_F(Interrupted, CalibrateGoesOnWithTheDataSetsThatAreLeft) {
   // Damaged outcomes are none.
   spill(root() / "fleet/summary/middle.json", std::string(1'000'000, '['));
   spill(root() / "fleet/summary/right.json", R"({"inputs": 1, "row": "x"})");
-  const Outcome resumed = run(command);
-  EXPECT_EQ(resumed.exit_code, 0) << resumed.err;
+  const Outcome resumed = good_run(command);
   EXPECT_EQ(fs::last_write_time(root() / "fleet/left.yaml"), time);
   EXPECT_EQ(std::count(resumed.out.begin(), resumed.out.end(), '\n'), 4) << resumed.out;
   EXPECT_EQ(bytes_of(root() / "fleet").size(), 7u);  // 3 calibrations and summaries, and the lock

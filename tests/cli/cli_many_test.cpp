@@ -176,8 +176,8 @@ TEST_F(CliMany, ChunksLeaveTheSameBytes) {
   const std::string options = " --model f+c --resume --out ";
   ASSERT_EQ(run("calibrate " + sets + options + path("whole")).exit_code, 0);
   for (const char* chunk : {"2/2", "1/2"}) {
-    const Outcome part = run("calibrate " + sets + " --chunk " + chunk + options + path("parts"));
-    ASSERT_EQ(part.exit_code, 0) << part.err;
+    const Outcome part =
+        good_run("calibrate " + sets + " --chunk " + chunk + options + path("parts"));
     EXPECT_HAS(part.err, "of 3 data sets");
   }
   EXPECT_EQ(run("calibrate " + sets + " --chunk 4/5" + options + path("parts")).exit_code, 0);
@@ -224,16 +224,15 @@ TEST_F(CliFolders, AreSeveralCameras) {
   ASSERT_GE(lines.size(), 3u) << several.out;
   EXPECT_TRUE(lines[1].starts_with("left ") && lines[2].starts_with("right ")) << several.out;
   const Outcome one =
-      run("calibrate " + folders + " --model f --one-camera --json --out " + path("one.yaml"));
-  ASSERT_EQ(one.exit_code, 0) << one.err;
+      good_run("calibrate " + folders + " --model f --one-camera --json --out " + path("one.yaml"));
   const Json answer = Json::parse(one.out);
   EXPECT_EQ(answer["views"].size(), 6u);
   EXPECT_FALSE(answer["halves"].is_null());
   EXPECT_TRUE(answer["halves"]["source"].get<std::string>().ends_with("t"));  // left or right
   // Single pictures are one camera, whose folders are compared too.
-  const Outcome files = run("calibrate --target " + path("set/target.yaml") + " '" + path("left") +
-                            "/*.png' '" + path("right") + "/*.png' --model f --json");
-  ASSERT_EQ(files.exit_code, 0) << files.err;
+  const Outcome files =
+      good_run("calibrate --target " + path("set/target.yaml") + " '" + path("left") + "/*.png' '" +
+               path("right") + "/*.png' --model f --json");
   EXPECT_EQ(Json::parse(files.out)["halves"], answer["halves"]);
   EXPECT_TRUE(
       Json::parse(run("calibrate " + path("set") + " --json").out)["halves"]["source"].is_null());

@@ -19,8 +19,7 @@ class CliNames : public Cli {
     fs::create_directories(root() / "cameras");
     fs::copy(root() / "set/truth.yaml", root() / "cameras" / name,
              fs::copy_options::overwrite_existing);
-    const Outcome outcome = run("view " + quoted(root() / "cameras" / name) + " " + option);
-    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    const Outcome outcome = good_run("view " + quoted(root() / "cameras" / name) + " " + option);
     return outcome.out;
   }
 
@@ -52,16 +51,14 @@ TEST_F(CliNames, KeepJsonUtf8) {
   fs::copy(root() / "set", set, fs::copy_options::recursive);
   spill(set / "images" / kLatin, "no picture");
   const Outcome check =
-      run("validate " + path("set/truth.yaml") + " --json --dataset " + set.string());
-  ASSERT_EQ(check.exit_code, 0) << check.err;
+      good_run("validate " + path("set/truth.yaml") + " --json --dataset " + set.string());
   EXPECT_HAS(Json::parse(check.out)["warnings"].dump(), kLatinShown);
 }
 
 TEST_F(CliNames, TheCornerCacheKeepsTheOtherPictures) {
   const std::string detect =
       "detect " + pictures("latin", kLatin) + " --out " + path("corners.csv");
-  const Outcome first = run(detect), again = run(detect);
-  EXPECT_EQ(first.exit_code, 0) << first.err;
+  const Outcome first = good_run(detect), again = run(detect);
   EXPECT_LACKS(first.err, "are not kept");
   EXPECT_HAS(again.err, "corners of 5 of 6 pictures are those of");
 }

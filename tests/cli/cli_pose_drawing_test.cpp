@@ -13,8 +13,7 @@ using Eigen::Vector3d;
 TEST_F(PoseCli, DrawsTheAxesWhereTheyAre) {
   const fs::path drawings = root() / "drawings";
   spill(drawings / "notes.txt", "mine");
-  const Outcome outcome = run("pose " + set() + known() + " --draw " + drawings.string());
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  good_run("pose " + set() + known() + " --draw " + drawings.string());
   const auto files = bytes_of(drawings);
   EXPECT_EQ(files.size(), 7u);
   EXPECT_EQ(files.at("notes.txt"), "mine");
@@ -64,10 +63,8 @@ TEST_F(PoseCli, DrawsOnWhiteWithoutPictures) {
   const fs::path folder = exact_set("no-pictures");
   fs::remove_all(folder / "images");
   const fs::path drawings = root() / "white";
-  ASSERT_EQ(
-      run("pose " + folder.string() + known() + " --view 000.png --draw " + drawings.string() + "/")
-          .exit_code,
-      0);
+  good_run("pose " + folder.string() + known() + " --view 000.png --draw " + drawings.string() +
+           "/");
   ASSERT_EQ(bytes_of(drawings).size(), 1u);
   const Image8 grey = read_image(drawings / "000-pose.png");
   const auto white = std::ranges::count(grey.pixels(), 255);
@@ -84,9 +81,7 @@ TEST_F(PoseCli, NamesThatArePathsStayInTheFolder) {
   spill(folder / "observations_exact.csv", csv);
   const std::string camera = known();  // writes its file
   const auto before = names();
-  ASSERT_EQ(
-      run("pose " + folder.string() + camera + " --draw " + (folder / "out").string()).exit_code,
-      0);
+  good_run("pose " + folder.string() + camera + " --draw " + (folder / "out").string());
   EXPECT_EQ(names(), before);
   const auto files = bytes_of(folder / "out");
   EXPECT_EQ(files.size(), 6u);

@@ -25,8 +25,7 @@ class CliPoseOut : public Cli {
           "path: {type: ring, radius_m: 0.3, centre_m: [0.15, 0.15, 0.6], end_deg: 60, target_m: "
           "[0.15, 0.15, 0]}\n"
           "views: 2\nsensor: {blur_px: 0.6, noise_levels: 1}\n");
-    const Outcome rendered = run("render " + path("scene.yaml") + " --force --out " + path("set"));
-    ASSERT_EQ(rendered.exit_code, 0) << rendered.err;
+    good_run("render " + path("scene.yaml") + " --force --out " + path("set"));
     McapWriter bag("/camera/image_raw");
     double time_s = 1000;
     std::vector<fs::path> pictures = list_pictures(root() / "set/images");
@@ -99,10 +98,8 @@ TEST_F(CliPoseOut, APathHasTheTimesOfTheFrames) {
   ASSERT_EQ(std::sscanf(lines[2].c_str(), "1000.200000 %lf %lf %lf", &x, &y, &z), 3) << lines[2];
   EXPECT_LT((Eigen::Vector3d(x, y, z) - world_from_camera_[1].translation()).norm(), 0.005);
   // It is a robot's path for others.
-  EXPECT_EQ(run("pose --target " + path("set/target.yaml") + " " + path("set/images") +
-                " --unknown-focal --out " + path("q.tum"))
-                .exit_code,
-            0);
+  good_run("pose --target " + path("set/target.yaml") + " " + path("set/images") +
+           " --unknown-focal --out " + path("q.tum"));
 }
 
 TEST_F(CliPoseOut, ABagHasTheCameraAndItsFindings) {
@@ -117,26 +114,19 @@ TEST_F(CliPoseOut, ABagHasTheCameraAndItsFindings) {
 
 // Times stay with the corners and with the answer, and serve `handeye`.
 TEST_F(CliPoseOut, TimesStay) {
-  ASSERT_EQ(run("detect " + path("a.mcap") + " --no-cache --target " + path("set/target.yaml") +
-                " --out " + path("c.csv"))
-                .exit_code,
-            0);
+  good_run("detect " + path("a.mcap") + " --no-cache --target " + path("set/target.yaml") +
+           " --out " + path("c.csv"));
   spill(root() / "set/dataset.yaml",
         "image_size: [320, 240]\ntarget: target.yaml\nobservations: ../c.csv\n");
-  const Outcome out = run("pose " + path("set") + " --camera " + path("set/truth.yaml") +
-                          " --json --out " + path("p.json"));
-  ASSERT_EQ(out.exit_code, 0) << out.err;
+  const Outcome out = good_run("pose " + path("set") + " --camera " + path("set/truth.yaml") +
+                               " --json --out " + path("p.json"));
   EXPECT_EQ(out.out, slurp(path("p.json")));
   const auto views = nlohmann::json::parse(out.out)["views"];
   EXPECT_EQ(views[1]["time_s"], 1000.2);
-  ASSERT_EQ(
-      run("report " + path("p.json") + " --dataset " + path("set") + " --out " + path("p.html"))
-          .exit_code,
-      0);
+  good_run("report " + path("p.json") + " --dataset " + path("set") + " --out " + path("p.html"));
   EXPECT_HAS(slurp(path("p.html")), R"("image":"a@000001","time_s":1000.2,)");
-  const Outcome path_of =
-      run("convert " + path("set/truth.yaml") + " " + path("r.tum") + " --poses " + path("p.json"));
-  EXPECT_EQ(path_of.exit_code, 0) << path_of.err;
+  good_run("convert " + path("set/truth.yaml") + " " + path("r.tum") + " --poses " +
+           path("p.json"));
   EXPECT_EQ(lines_of("r.tum").at(0), "# timestamp tx ty tz qx qy qz qw (target from camera)");
   EXPECT_EQ(lines_of("r.tum").at(2).substr(0, 12), "1000.200000 ");
 }
@@ -165,9 +155,9 @@ TEST_F(CliPoseOut, BadNamesAreOneLine) {
           path("set/truth.yaml") + " --out " + path("n.csv"));
   EXPECT_NE(none.exit_code, 0);
   EXPECT_FALSE(fs::exists(path("n.csv")));
-  const Outcome tags = run("pose --family tag36h11 --border-bits 2 --tag-size 0.08 " + images +
-                           " --camera " + path("set/truth.yaml") + " --out " + path("tags.csv"));
-  EXPECT_EQ(tags.exit_code, 0) << tags.err;
+  const Outcome tags =
+      good_run("pose --family tag36h11 --border-bits 2 --tag-size 0.08 " + images + " --camera " +
+               path("set/truth.yaml") + " --out " + path("tags.csv"));
   EXPECT_GT(lines_of("tags.csv").size(), 1U + 9);
   EXPECT_LACKS(tags.err, "m wide");
   const Outcome wide = run("pose --family tag36h11 --border-bits 2 --tag-size 80 " + images +

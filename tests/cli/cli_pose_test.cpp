@@ -32,8 +32,7 @@ TEST_F(PoseCli, PicturesWithATargetGiveWhatTheDataSetGives) {
   const std::string target = " --target " + path("set/target.yaml") + " ";
   const Outcome folder = run("pose " + set() + known() + " --json");
   const Outcome pictures =
-      run("pose" + target + path("set/images") + "/*.png" + known() + " --json");
-  EXPECT_EQ(pictures.exit_code, 0);
+      good_run("pose" + target + path("set/images") + "/*.png" + known() + " --json");
   EXPECT_EQ(folder.out, pictures.out);
   const Outcome one = run("pose" + target + path("set/images/002.png") + known() + " --json");
   const Outcome chosen = run("pose " + set() + known() + " --json --view 002.png --threads 1");
@@ -59,8 +58,7 @@ TEST_F(PoseCli, ExactCornersGiveTheTruth) {
 }
 
 TEST_F(PoseCli, TheJsonHasItsKeysInTheirOrder) {
-  const Outcome outcome = run("pose " + set() + exact() + known() + " --view 001.png --json");
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Outcome outcome = good_run("pose " + set() + exact() + known() + " --view 001.png --json");
   const auto json = nlohmann::ordered_json::parse(outcome.out);
   ASSERT_EQ(json.size(), 1u);
   ASSERT_EQ(json["views"].size(), 1u);
@@ -366,16 +364,14 @@ TEST_F(PoseCli, BadInputIsNamedAndNothingIsWritten) {
 
 TEST_F(PoseCli, ThePageShowsWhatTheCommandPrints) {
   const OnThePage page = on_the_page(path("page-drawings"));
-  const Outcome outcome = run(page.arguments);
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Outcome outcome = good_run(page.arguments);
   const std::string count = "1 of 1 view with an answer\n";
   EXPECT_TRUE(outcome.err.ends_with(count)) << outcome.err;
   expect_same_text(page.text, outcome.out + count, 2e-4, 1e-3);
 }
 
 TEST_F(PoseCli, HelpHasAnExample) {
-  const Outcome help = run("pose --help");
-  EXPECT_EQ(help.exit_code, 0);
+  const Outcome help = good_run("pose --help");
   for (const char* part : {"Example: tagcal pose", "--camera", "--unknown-focal", "--prior-focal",
                            "--sigma-px", "--view", "--draw", "--json", "--target"})
     EXPECT_HAS(help.out, part);

@@ -8,8 +8,7 @@ class CliProject : public Cli {
  protected:
   void SetUp() override {
     if (fs::exists(root() / "fit.yaml")) return;
-    const Outcome fit = run("calibrate " + path("set") + " --out " + path("fit.yaml"));
-    ASSERT_EQ(fit.exit_code, 0) << fit.err;
+    const Outcome fit = good_run("calibrate " + path("set") + " --out " + path("fit.yaml"));
   }
 
   // The rows of a CSV without its header.
@@ -38,8 +37,7 @@ TEST_F(CliProject, PointsToPixelsAndBack) {
   spill(root() / "points.csv",
         "name,x_m,y_m,z_m\nfirst,0.1,0.05,0.5\nbehind,0,0,-1\nbeside,3,0,1\n");
   const Outcome there =
-      run("project " + path("points.csv") + camera() + " --out " + path("px.csv"));
-  ASSERT_EQ(there.exit_code, 0) << there.err;
+      good_run("project " + path("points.csv") + camera() + " --out " + path("px.csv"));
   EXPECT_HAS(there.err, "of 3 points");
   const std::string pixels = slurp(root() / "px.csv");
   EXPECT_TRUE(
@@ -52,8 +50,7 @@ TEST_F(CliProject, PointsToPixelsAndBack) {
   EXPECT_EQ(table[1],
             (std::vector<std::string>{"behind", "0", "0", "-1", "", "", "", "", "", "", "0"}));
   EXPECT_NE(table[2][table[2].size() - 2], "1");  // not in the image
-  const Outcome back = run("unproject " + path("px.csv") + camera() + " --depth 0.5");
-  ASSERT_EQ(back.exit_code, 0) << back.err;
+  const Outcome back = good_run("unproject " + path("px.csv") + camera() + " --depth 0.5");
   const auto again = rows(back.out);
   const std::size_t x = again[0].size() - 11;
   EXPECT_NEAR(std::stod(again[0][x]), 0.1, 1e-12);
@@ -65,8 +62,7 @@ TEST_F(CliProject, PointsOfTheBoardByAViewAndBackToItsPlane) {
   spill(root() / "board.csv", "x,y,z\n0.06,0,0\n0.2,0.1,0\n");
   const std::string view = camera() + " --view 002.png";
   ASSERT_EQ(run("project " + path("board.csv") + view + " --out " + path("seen.csv")).exit_code, 0);
-  const Outcome back = run("unproject " + path("seen.csv") + view + " --plane");
-  ASSERT_EQ(back.exit_code, 0) << back.err;
+  const Outcome back = good_run("unproject " + path("seen.csv") + view + " --plane");
   const auto table = rows(back.out);
   const std::size_t x = table[1].size() - 11;
   EXPECT_NEAR(std::stod(table[1][x]), 0.2, 1e-12);
@@ -86,8 +82,8 @@ TEST_F(CliProject, PointsOfTheBoardByAViewAndBackToItsPlane) {
 
 TEST_F(CliProject, NumbersThatOverflowAreNoAnswer) {
   spill(root() / "far.csv", "u_px,v_px,depth_m,sigma_depth_m\n1,2,1,1e200\n1,2,3,0.1\n");
-  const Outcome far = run("unproject " + path("far.csv") + camera() + " --out " + path("xyz.csv"));
-  EXPECT_EQ(far.exit_code, 0) << far.err;
+  const Outcome far =
+      good_run("unproject " + path("far.csv") + camera() + " --out " + path("xyz.csv"));
   EXPECT_HAS(far.err, "1 of 2 points; 1 have no ray");
   EXPECT_HAS(far.err, "or are beyond the range of numbers (valid = 0)");
   const std::string points = slurp(root() / "xyz.csv");
@@ -103,8 +99,7 @@ TEST_F(CliProject, NamesInQuotesAreReadAndWritten) {
   spill(root() / "seen.csv",
         "image,tag_id,corner,x_px,y_px,sxx_px2,sxy_px2,syy_px2\n"
         "\"a,\"\"b\"\".png\",0,1,300,200,0.1,0,0.1\n\"#c.png\",0,1,300,200,,,\n");
-  const Outcome outcome = run("unproject " + path("seen.csv") + camera());
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Outcome outcome = good_run("unproject " + path("seen.csv") + camera());
   EXPECT_HAS(outcome.err, "2 of 2 points");
   EXPECT_HAS(outcome.out, "\n\"a,\"\"b\"\".png\",0,1,300,200,");
   EXPECT_HAS(outcome.out, "\n\"#c.png\",0,1,300,200,");
@@ -115,8 +110,7 @@ TEST_F(CliProject, NamesAreNoNumbersInJson) {
   spill(root() / "named.csv",
         "point,tag_id,batch,kind,x_m,y_m,z_m\n7,12,007,nan,0.10,0.05,.5\n"
         "007,-3,8,1,0,0,-1\n1e3,0,,2,0.1,0.05,0.5\n");
-  const Outcome outcome = run("project " + path("named.csv") + camera() + " --json");
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Outcome outcome = good_run("project " + path("named.csv") + camera() + " --json");
   for (const char* const part :
        {"\"point\": \"7\"", "\"point\": \"007\"", "\"point\": \"1e3\"", "\"tag_id\": 12",
         "\"tag_id\": -3", "\"batch\": \"007\"", "\"batch\": \"8\"", "\"batch\": null",

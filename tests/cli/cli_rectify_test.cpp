@@ -49,9 +49,8 @@ class CliRectify : public Cli {
 };
 
 TEST_F(CliRectify, TwoFoldersBecomeRectifiedPairs) {
-  const Outcome done = run(pair("--rectify " + path("flat") + " --alpha 0.5 --maps --target " +
-                                path("rig/target.yaml")));
-  ASSERT_EQ(done.exit_code, 0) << done.err;
+  const Outcome done = good_run(pair("--rectify " + path("flat") + " --alpha 0.5 --maps --target " +
+                                     path("rig/target.yaml")));
   EXPECT_HAS(done.err, "8 pairs of left and right, rectified.yaml");
   // The disparity of the corners is what the claims say.
   std::smatch found;
@@ -101,22 +100,18 @@ TEST_F(CliRectify, TwoFoldersBecomeRectifiedPairs) {
 }
 
 TEST_F(CliRectify, OnePairAndPanoramas) {
-  const Outcome done = run(pair("--longlat --rectify " + path("round"), "/003.png"));
-  ASSERT_EQ(done.exit_code, 0) << done.err;
+  good_run(pair("--longlat --rectify " + path("round"), "/003.png"));
   EXPECT_HAS(slurp(root() / "round/rectified.yaml"), "panorama: transverse");
   EXPECT_TRUE(fs::exists(root() / "round/right/003.png"));
   EXPECT_TRUE(fs::exists(root() / "round/left/panorama.yaml"));
   // Exchanged cameras: by name, and by option.
   const Outcome other =
-      run("reproject " + path("rig/right/images") + " " + path("rig/left/images") + " --camera " +
-          path("rig.yaml") + " --rectify " + path("other"));
-  EXPECT_EQ(other.exit_code, 0);
+      good_run("reproject " + path("rig/right/images") + " " + path("rig/left/images") +
+               " --camera " + path("rig.yaml") + " --rectify " + path("other"));
   EXPECT_HAS(other.err, "left is left of right: disparities are negative");
   // Maps need no pictures.
-  EXPECT_EQ(run("reproject --camera " + path("rig.yaml") +
-                " --cameras left,right --maps --rectify " + path("maps"))
-                .exit_code,
-            0);
+  good_run("reproject --camera " + path("rig.yaml") + " --cameras left,right --maps --rectify " +
+           path("maps"));
   EXPECT_TRUE(fs::exists(root() / "maps/left/map.npy"));
 }
 
@@ -161,9 +156,8 @@ TEST_F(CliRectify, PixelsBecomePoints) {
              std::to_string(pixel.y()) + "\n";
     }
   spill(root() / "pixels.csv", csv + "p3,left,100,100\n");
-  const Outcome done = run("triangulate " + path("pixels.csv") + " --camera " + path("rig.yaml") +
-                           " --sigma 0.2 --json");
-  ASSERT_EQ(done.exit_code, 0) << done.err;
+  const Outcome done = good_run("triangulate " + path("pixels.csv") + " --camera " +
+                                path("rig.yaml") + " --sigma 0.2 --json");
   const Json rows = Json::parse(done.out)["points"];
   ASSERT_EQ(rows.size(), 4U);
   for (std::size_t i = 0; i < 2; ++i) {

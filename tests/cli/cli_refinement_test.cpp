@@ -14,8 +14,7 @@ TEST_F(Cli, EachRefinementGivesItsOwnCorners) {
   const std::string detect = "detect " + path("set") + " --refinement ";
   std::map<std::string, std::string> csv;
   for (const std::string name : {"stock", "edges", "fit"}) {
-    const Outcome outcome = run(detect + name);
-    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    const Outcome outcome = good_run(detect + name);
     csv[name] = outcome.out;
   }
   EXPECT_NE(csv["stock"], csv["edges"]);
@@ -39,8 +38,7 @@ TEST_F(Cli, CornersAreRefinedUnderTheLensThatWasFound) {
   EXPECT_NE(first["camera"]["fx"], second["camera"]["fx"]);
   EXPECT_LE(second["sigma"]["fx"].get<double>(), first["sigma"]["fx"].get<double>());
   EXPECT_NEAR(second["camera"]["fx"].get<double>(), 520, 5 * second["sigma"]["fx"].get<double>());
-  const Outcome corners = run("detect " + path("set") + " --camera " + path("twice.yaml"));
-  ASSERT_EQ(corners.exit_code, 0) << corners.err;
+  const Outcome corners = good_run("detect " + path("set") + " --camera " + path("twice.yaml"));
   EXPECT_NE(corners.out, run("detect " + path("set")).out);
 }
 
@@ -64,8 +62,7 @@ TEST_F(Cli, PosesCountWithTheErrorOfTheCamera) {
 }
 
 TEST_F(Cli, RefiningNeedsPicturesAndACameraOfTheirSize) {
-  const Outcome camera = run("calibrate " + path("set") + " --out " + path("camera.yaml"));
-  ASSERT_EQ(camera.exit_code, 0) << camera.err;
+  const Outcome camera = good_run("calibrate " + path("set") + " --out " + path("camera.yaml"));
   spill(root() / "wide.yaml",
         replaced(slurp(root() / "camera.yaml"), "image_width: 640", "image_width: 800"));
   expect_bad_input("detect " + path("set") + " --camera " + path("wide.yaml"),

@@ -9,8 +9,7 @@ namespace {
 
 TEST_F(Cli, RendersSixteenBitsThatAreDetectedAndCalibratedFrom) {
   spill(root() / "deep.yaml", replaced(kScene, "noise_levels: 2", "noise_levels: 2, bits: 16"));
-  const Outcome rendered = run("render " + path("deep.yaml") + " --out " + path("deep"));
-  ASSERT_EQ(rendered.exit_code, 0) << rendered.err;
+  good_run("render " + path("deep.yaml") + " --out " + path("deep"));
   const std::string picture = slurp(root() / "deep/images/000.png");
   ASSERT_GT(picture.size(), 25u);
   EXPECT_EQ(picture[24], 16);  // the bit depth, in a PNG's first chunk
@@ -19,8 +18,7 @@ TEST_F(Cli, RendersSixteenBitsThatAreDetectedAndCalibratedFrom) {
             slurp(root() / "set/observations_exact.csv"));
 
   const Outcome shallow = run("detect " + path("set"));
-  const Outcome deep = run("detect " + path("deep"));
-  ASSERT_EQ(deep.exit_code, 0) << deep.err;
+  const Outcome deep = good_run("detect " + path("deep"));
   const auto lines = [](const std::string& text) {
     return std::count(text.begin(), text.end(), '\n');
   };
@@ -38,8 +36,7 @@ TEST_F(Cli, BitsThatNoPictureHasAreBadInput) {
 
 TEST_F(Cli, DepthsAreWrittenBesideThePictures) {
   const Outcome rendered =
-      run("render " + path("scene.yaml") + " --out " + path("depths") + " --depth");
-  ASSERT_EQ(rendered.exit_code, 0) << rendered.err;
+      good_run("render " + path("scene.yaml") + " --out " + path("depths") + " --depth");
   EXPECT_LACKS(rendered.err, "--depth-unit-m");
   EXPECT_TRUE(slurp(root() / "depths/images/000.png") == slurp(root() / "set/images/000.png"));
   EXPECT_HAS(slurp(root() / "depths/dataset.yaml"), "depth: {folder: \"depth\", unit_m: 0.001}");
@@ -49,9 +46,8 @@ TEST_F(Cli, DepthsAreWrittenBesideThePictures) {
   EXPECT_EQ(run("detect " + path("depths")).exit_code, 0);
 
   // 65535 units of 1 um end before the board.
-  const Outcome fine = run("render " + path("scene.yaml") + " --out " + path("fine") +
-                           " --depth --depth-unit-m 1e-6 --views 1");
-  ASSERT_EQ(fine.exit_code, 0) << fine.err;
+  const Outcome fine = good_run("render " + path("scene.yaml") + " --out " + path("fine") +
+                                " --depth --depth-unit-m 1e-6 --views 1");
   EXPECT_HAS(fine.err, "pixels is not between 1e-06 and 0.065535 m");
   expect_bad_input("render " + path("scene.yaml") + " --out " + path("no") + " --depth-unit-m 1",
                    {"--depth-unit-m: belongs to --depth"});
@@ -90,8 +86,7 @@ TEST_F(Cli, CornersAreFoundInUnevenLight) {
   for (const auto& [scene, most_px] : scenes) {
     spill(root() / "uneven.yaml", scene);
     fs::remove_all(root() / "uneven");
-    const Outcome rendered = run("render " + path("uneven.yaml") + " --out " + path("uneven"));
-    ASSERT_EQ(rendered.exit_code, 0) << rendered.err;
+    good_run("render " + path("uneven.yaml") + " --out " + path("uneven"));
     const auto exact = corners_of(slurp(root() / "uneven/observations_exact.csv"));
     const auto found = corners_of(run("detect " + path("uneven")).out);
     EXPECT_GE(found.size(), even.size());
@@ -125,8 +120,7 @@ TEST_F(Cli, ALightThatCannotBeIsBadInput) {
 TEST_F(Cli, WarnsWhereNothingIsVisible) {
   spill(root() / "away.yaml",
         replaced(kScene, "target_m: [0.14, 0.1, 0]", "target_m: [90, 90, 0]"));
-  const Outcome away = run("render " + path("away.yaml") + " --out " + path("away"));
-  EXPECT_EQ(away.exit_code, 0);
+  const Outcome away = good_run("render " + path("away.yaml") + " --out " + path("away"));
   EXPECT_HAS(away.err, "warning: no corner of a board is visible in any picture");
   EXPECT_LACKS(run("render " + path("scene.yaml") + " --out " + path("seen")).err, "warning");
 }

@@ -101,8 +101,7 @@ TEST_F(CliReport, EstimatesTheViewsOfACameraFromAFile) {
 
 TEST_F(CliReport, ShowsTheCameraOfAnotherProgram) {
   calibrated("set_ros");
-  ASSERT_EQ(run("convert " + path("camera.yaml") + " " + path("ros.yaml") + " --to ros").exit_code,
-            0);
+  good_run("convert " + path("camera.yaml") + " " + path("ros.yaml") + " --to ros");
   const Json data = data_of(report(path("ros.yaml") + " --dataset " + path("set_ros")));
   EXPECT_EQ(data["views"].size(), 6u);
   EXPECT_TRUE(data["projection"].empty());

@@ -41,8 +41,7 @@ class CliReproject : public Cli {
 
 TEST_F(CliReproject, UndistortsAndTheNewCameraIsRead) {
   const Outcome done =
-      run(with("--undistort all --mask --maps --out ") + path("flat") + picture("001.png"));
-  ASSERT_EQ(done.exit_code, 0) << done.err;
+      good_run(with("--undistort all --mask --maps --out ") + path("flat") + picture("001.png"));
   EXPECT_HAS(done.err, "2 pictures, camera.yaml (640x400 pixels, pinhole");
   const Camera camera = read_calibration(root() / "flat/camera.yaml").camera;
   EXPECT_EQ(read_image(root() / "flat/000.png").size(), camera.image_size);
@@ -64,19 +63,16 @@ TEST_F(CliReproject, UndistortsAndTheNewCameraIsRead) {
     for (int x = 0; x < 640; x += 3)
       ASSERT_EQ(mask(x, y) == 255, contains(source.image_size, {map.x(x, y), map.y(x, y)}));
   // The new pictures and the new camera fit together: tags are found and posed.
-  const Outcome pose = run("pose --target " + path("set/target.yaml") + " --camera " +
-                           path("flat/camera.yaml") + " " + path("flat/000.png"));
-  EXPECT_EQ(pose.exit_code, 0) << pose.err;
+  const Outcome pose = good_run("pose --target " + path("set/target.yaml") + " --camera " +
+                                path("flat/camera.yaml") + " " + path("flat/000.png"));
 }
 
 TEST_F(CliReproject, AnotherCameraAndBackKeepsThePicture) {
   spill(root() / "other.yaml", replaced(kCamera, "[-0.1,", "[0.05,"));
-  ASSERT_EQ(run(with("--to-camera " + path("other.yaml") + " --out " + path("there"))).exit_code,
-            0);
-  const Outcome back = run("reproject --camera " + path("there/camera.yaml") + " " +
-                           path("there/000.png") + " --to-camera " + path("camera.yaml") +
-                           " --interpolation lanczos4 --out " + path("back"));
-  ASSERT_EQ(back.exit_code, 0) << back.err;
+  good_run(with("--to-camera " + path("other.yaml") + " --out " + path("there")));
+  const Outcome back = good_run("reproject --camera " + path("there/camera.yaml") + " " +
+                                path("there/000.png") + " --to-camera " + path("camera.yaml") +
+                                " --interpolation lanczos4 --out " + path("back"));
   const Image8 a = read_image(root() / "set/images/000.png"),
                b = read_image(root() / "back/000.png");
   double sum = 0;
@@ -86,10 +82,8 @@ TEST_F(CliReproject, AnotherCameraAndBackKeepsThePicture) {
 }
 
 TEST_F(CliReproject, ShowsABoardFromAbove) {
-  const Outcome done =
-      run(with("--plane --target " + path("set/target.yaml") +
-               " --m-per-px 0.0005 --rectangle 0,0,0.06,0.06 --mask --out " + path("top")));
-  ASSERT_EQ(done.exit_code, 0) << done.err;
+  good_run(with("--plane --target " + path("set/target.yaml") +
+                " --m-per-px 0.0005 --rectangle 0,0,0.06,0.06 --mask --out " + path("top")));
   const Image8 top = read_image(root() / "top/000.png");
   ASSERT_EQ(top.size(), (ImageSize{120, 120}));  // tag 0 alone, whose border is black
   for (int i = 8; i < 112; ++i)
@@ -103,10 +97,9 @@ TEST_F(CliReproject, ShowsABoardFromAbove) {
   // By the pose of the calibration's own view.
   ASSERT_EQ(run("calibrate " + path("set") + " --out " + path("fit.yaml")).exit_code, 0);
   const std::string by_view = "--plane --view 000.png --m-per-px 0.0005 ";
-  const Outcome two =
-      run(with(by_view + "--rectangle 0,0,0.06,0.06 --maps --out " + path("top2"), "fit.yaml") +
-          picture("001.png"));
-  ASSERT_EQ(two.exit_code, 0) << two.err;
+  const Outcome two = good_run(
+      with(by_view + "--rectangle 0,0,0.06,0.06 --maps --out " + path("top2"), "fit.yaml") +
+      picture("001.png"));
   EXPECT_HAS(two.err, ", map.npy, 100.0 % seen");
   EXPECT_HAS(slurp(root() / "top2/map.npy"), "'shape': (120, 120, 2)");
   const Outcome beside =
@@ -129,10 +122,7 @@ TEST_F(CliReproject, AWideFisheyeBecomesAPanoramaOrSeveralPinholes) {
     EXPECT_EQ(read_image(folder / "000.png").size(),
               read_calibration(folder / "camera.yaml").camera.image_size);
   }
-  ASSERT_EQ(
-      run(with("--panorama equirectangular --px-per-deg 2 --out " + path("round"), "wide.yaml"))
-          .exit_code,
-      0);
+  good_run(with("--panorama equirectangular --px-per-deg 2 --out " + path("round"), "wide.yaml"));
   EXPECT_HAS(slurp(root() / "round/panorama.yaml"), "panorama: equirectangular");
 }
 
@@ -151,10 +141,8 @@ TEST_F(CliReproject, TilesAreThePartsOfTheWhole) {
 TEST_F(CliReproject, KeepsTheKindOfThePicture) {
   ImageRgb16 colour({640, 400}, {1000, 40000, 65535});
   write_png(root() / "colour.png", colour);
-  ASSERT_EQ(run("reproject --camera " + path("camera.yaml") + " " + path("colour.png") +
-                " --rotate 0,0,5 --border 700 --out " + path("colours"))
-                .exit_code,
-            0);
+  good_run("reproject --camera " + path("camera.yaml") + " " + path("colour.png") +
+           " --rotate 0,0,5 --border 700 --out " + path("colours"));
   const auto result = std::get<ImageRgb16>(read_picture(root() / "colours/colour.png"));
   EXPECT_EQ(result(300, 200), (Rgb16{1000, 40000, 65535}));
   EXPECT_EQ(result(639, 200), (Rgb16{700, 700, 700}));  // to the right of the picture

@@ -34,16 +34,14 @@ std::vector<std::string> files_under(const fs::path& folder) {
 TEST_F(Cli, RendersADataSetForEachCameraOfARig) {
   spill(root() / "rig.yaml", kRig);
   const std::string render = "render " + path("rig.yaml") + " --out " + path("rig");
-  const Outcome rendered = run(render + " --seed 3");
-  ASSERT_EQ(rendered.exit_code, 0) << rendered.err;
+  const Outcome rendered = good_run(render + " --seed 3");
   EXPECT_HAS(rendered.err, "6 images of each of 2 cameras");
   const std::string dataset = slurp(root() / "rig/dataset.yaml");
   EXPECT_HAS(dataset, "observations: \"right/observations_exact.csv\"");
   const std::string times = slurp(root() / "rig/right/times.csv");
   EXPECT_TRUE(times.starts_with("image,time_s\n000.png,0\n001.png,0.05\n")) << times;
   EXPECT_HAS(slurp(root() / "rig/truth.yaml"), "time_offset_s: 0.02");
-  const Outcome calibrated = run("calibrate " + path("rig/right") + " --model pinhole --json");
-  ASSERT_EQ(calibrated.exit_code, 0) << calibrated.err;
+  const Outcome calibrated = good_run("calibrate " + path("rig/right") + " --model pinhole --json");
   const nlohmann::json answer = nlohmann::json::parse(calibrated.out);
   EXPECT_NEAR(answer["camera"]["fx"].get<double>(), 260, 1);
 
@@ -62,8 +60,7 @@ TEST_F(Cli, ARigIsReplacedWholeAndTheUsersFilesStay) {
   ASSERT_EQ(run(render).exit_code, 0);
   spill(root() / "rig2/left/notes.txt", "mine");
   expect_bad_input(render, {"holds an earlier render; --force replaces it"});
-  const Outcome again = run(render + " --force --views 2");
-  ASSERT_EQ(again.exit_code, 0) << again.err;
+  good_run(render + " --force --views 2");
   EXPECT_EQ(files_under(root() / "rig2"),
             (std::vector<std::string>{
                 "dataset.yaml", "left/dataset.yaml", "left/images/000.png", "left/images/001.png",

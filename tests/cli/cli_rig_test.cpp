@@ -12,8 +12,7 @@ class CliRig : public Cli {
   // Corners of the scene's exact observations, with 0.1 px of noise that a seed makes.
   void render(const std::string& name, const std::string& scene) {
     spill(root() / (name + ".yaml"), scene);
-    const Outcome rendered = run("render " + path(name + ".yaml") + " --force --out " + path(name));
-    ASSERT_EQ(rendered.exit_code, 0) << rendered.err;
+    good_run("render " + path(name + ".yaml") + " --force --out " + path(name));
   }
 };
 
@@ -99,8 +98,7 @@ TEST_F(CliRig, PicturesToARigFile) {
 
   // Other commands take a camera of the file, and other programs' formats its places.
   EXPECT_EQ(run("diff " + path("rig.yaml") + ":left " + path("rig.yaml") + ":left").exit_code, 0);
-  ASSERT_EQ(
-      run("convert " + path("rig.yaml") + " " + path("chain.yaml") + " --to kalibr").exit_code, 0);
+  good_run("convert " + path("rig.yaml") + " " + path("chain.yaml") + " --to kalibr");
   EXPECT_HAS(slurp(root() / "chain.yaml"), "T_cn_cnm1");
 }
 
@@ -111,14 +109,12 @@ TEST_F(CliRig, DifferenceOfTwoRigs) {
   const std::string sets = path("rig/left/images") + " " + path("rig/right/images") + " --target " +
                            path("rig/target.yaml");
   const auto calibrate = [&](const std::string& out, const std::string& more) {
-    const Outcome outcome = run("rig " + sets + " --out " + path(out) + more);
-    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    good_run("rig " + sets + " --out " + path(out) + more);
   };
   calibrate("a.yaml", "");
   calibrate("b.yaml", " --reference right --cameras joint");
   const auto diff = [&](const std::string& b, const std::string& a = "a.yaml") {
-    const Outcome outcome = run("diff " + path(a) + " " + path(b) + " --json");
-    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    const Outcome outcome = good_run("diff " + path(a) + " " + path(b) + " --json");
     return Json::parse(outcome.out);
   };
   const Json same = diff("b.yaml");
@@ -159,11 +155,8 @@ TEST_F(CliRig, DifferenceOfTwoRigs) {
   EXPECT_HAS(shown.out, "CHANGED: the place of right from left differs");
 
   // Another program's file has no covariances: those of one rig are enough; of neither, it is said.
-  ASSERT_EQ(run("convert " + path("a.yaml") + " " + path("chain.yaml") +
-                " --to kalibr --model "
-                "opencv4 --max-difference-px 1")
-                .exit_code,
-            0);
+  good_run("convert " + path("a.yaml") + " " + path("chain.yaml") +
+           " --to kalibr --model opencv4 --max-difference-px 1");
   const Json foreign = diff("chain.yaml");
   EXPECT_TRUE(foreign["pairs"][0]["in_sigmas"].is_number());
   const Json neither = diff("chain.yaml", "chain.yaml");
@@ -266,8 +259,7 @@ TEST_F(CliRig, APoseNeedsTheRigOfItsCameras) {
 TEST_F(CliRig, ADataSetOfARigAndLensesThatAreKnown) {
   render("rig", scene_of(kPlace));
   for (const std::string name : {"left", "right"})
-    ASSERT_EQ(run("calibrate " + path("rig/" + name) + " --out " + path(name + ".yaml")).exit_code,
-              0);
+    good_run("calibrate " + path("rig/" + name) + " --out " + path(name + ".yaml"));
   const Outcome out =
       run("rig " + path("rig") + " --cameras fixed --camera left=" + path("left.yaml") +
           " --camera right=" + path("right.yaml"));
@@ -361,8 +353,7 @@ TEST_F(CliRig, NoCommonInstantIsNoAnswer) {
   }
   const std::string command = "rig " + path("a") + " " + path("b") + " --target " +
                               path("rig/target.yaml") + " --out " + path("no.yaml");
-  const Outcome single = run(command);
-  EXPECT_EQ(single.exit_code, 0) << single.err;
+  const Outcome single = good_run(command);
   EXPECT_HAS(single.out, "nothing tests the answer");
   fs::remove(root() / "no.yaml");
   fs::remove(root() / "b/000.png");

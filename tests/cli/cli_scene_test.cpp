@@ -37,8 +37,7 @@ TEST_F(CliScene, ACameraOnAnArmIsCalibratedFromItsPictures) {
              "boards:\n  - {" +
                  kGrid + "}\npath: {type: frame, frame: hand}\nviews: 7\n" + kSensor);
   ASSERT_EQ(rendered.exit_code, 0) << rendered.err;
-  const Outcome calibrated = run("calibrate " + path("arm") + " --model f --json");
-  ASSERT_EQ(calibrated.exit_code, 0) << calibrated.err;
+  const Outcome calibrated = good_run("calibrate " + path("arm") + " --model f --json");
   const Json answer = Json::parse(calibrated.out);
   EXPECT_EQ(answer["num_views"], 7);
   EXPECT_NEAR(answer["camera"]["fx"], 600, 4 * answer["sigma"]["fx"].get<double>());
@@ -66,9 +65,8 @@ TEST_F(CliScene, ABoardThatMovesIsDrawnAndLeftOutOfTheDataSet) {
   EXPECT_HAS(slurp(root() / "cart/truth.yaml"), "camera_from_board");
   // The tag is in the pictures: detected with a target of its own, it has moved.
   spill(root() / "single.yaml", "target_type: tags\ntags: [{id: 50, size: 0.06}]\n");
-  const Outcome found = run("detect --target " + path("single.yaml") + " " +
-                            path("cart/images/000.png") + " " + path("cart/images/001.png"));
-  ASSERT_EQ(found.exit_code, 0) << found.err;
+  const Outcome found = good_run("detect --target " + path("single.yaml") + " " +
+                                 path("cart/images/000.png") + " " + path("cart/images/001.png"));
   EXPECT_EQ(std::count(found.out.begin(), found.out.end(), '\n'), 9);
 }
 

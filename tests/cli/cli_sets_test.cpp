@@ -30,8 +30,7 @@ class CliSets : public Cli {
 TEST_F(CliSets, FoldersPatternsAndListsNameTheSamePictures) {
   const fs::path folder = photos("photos");
   spill(folder / "notes.txt", "no picture");
-  const Outcome by_folder = run(detect(path("photos")));
-  ASSERT_EQ(by_folder.exit_code, 0) << by_folder.err;
+  const Outcome by_folder = good_run(detect(path("photos")));
   EXPECT_TRUE(has(by_folder.err, "6 of 6 pictures")) << by_folder.err;
   EXPECT_EQ(run(detect("'" + path("photos/*.png") + "'")).out, by_folder.out);
   spill(root() / "list.txt", "\xEF\xBB\xBF# a comment\n\nphotos/00[0-2].png\r\n" +
@@ -53,8 +52,7 @@ TEST_F(CliSets, EveryFormatIsTaken) {
   const Image8 image = read_image(root() / "set/images/000.png");
   for (const char* name : {"a.png", "b.tif", "c.pgm"})
     write_picture(root() / "formats" / name, image);
-  const Outcome found = run(detect(path("formats")));
-  ASSERT_EQ(found.exit_code, 0) << found.err;
+  const Outcome found = good_run(detect(path("formats")));
   const auto lines_with = [&](const std::string& name) {
     std::string lines;
     std::istringstream all(found.out);
@@ -86,8 +84,7 @@ TEST_F(CliSets, BadPicturesAreNamedAndLeftOut) {
   spill(folder / "text.png", "not a picture");
   const std::string png = slurp(folder / "000.png");
   spill(folder / "cut.png", png.substr(0, png.size() / 2));  // its header is whole
-  const Outcome some = run(detect(path("some_bad") + " --draw " + path("some_drawn")));
-  EXPECT_EQ(some.exit_code, 0) << some.err;
+  const Outcome some = good_run(detect(path("some_bad") + " --draw " + path("some_drawn")));
   EXPECT_EQ(some.out, good.out);
   EXPECT_TRUE(has(some.err, "warning: " + (folder / "text.png").string())) << some.err;
   EXPECT_TRUE(has(some.err, "warning: " + (folder / "cut.png").string())) << some.err;
@@ -105,8 +102,7 @@ TEST_F(CliSets, BadPicturesAreNamedAndLeftOut) {
 TEST_F(CliSets, DataSetsLeaveOutBadPicturesToo) {
   fs::copy(root() / "set", root() / "bad_set", fs::copy_options::recursive);
   spill(root() / "bad_set/images/003.png", "");
-  const Outcome outcome = run("detect " + path("bad_set"));
-  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Outcome outcome = good_run("detect " + path("bad_set"));
   EXPECT_TRUE(has(outcome.err, "003.png: is empty")) << outcome.err;
   EXPECT_EQ(outcome.out, run("detect " + path("set") + " --exclude 003.png").out);
   expect_bad_input("detect " + path("bad_set") + " --strict", {"003.png", "is empty"});
@@ -138,8 +134,7 @@ TEST_F(CliSets, PicturesThatTheCameraTurnedByOtherAngles) {
   write_turned(folder / "same.jpg", picture, 1);
   EXPECT_FALSE(has(run(detect(path("turns"))).err, "Exif")) << "all of them upright";
   write_turned(folder / "upside_down.jpg", picture, 3);
-  const Outcome outcome = run(detect(path("turns")));
-  EXPECT_EQ(outcome.exit_code, 0);
+  const Outcome outcome = good_run(detect(path("turns")));
   EXPECT_TRUE(has(outcome.err, "upside_down.jpg: its Exif orientation is 3, as that of 1 of 8"))
       << outcome.err;
   write_turned(folder / "upside_down.jpg", picture, 6);
@@ -159,8 +154,7 @@ TEST_F(CliSets, TheCornerCacheChangesNoAnswer) {
   EXPECT_EQ(slurp(path("c.csv")), answer);
   ASSERT_TRUE(fs::exists(cache));
   const auto expect_reused = [&](const std::string& arguments, const std::string& said) {
-    const Outcome again = run(command + arguments);
-    EXPECT_EQ(again.exit_code, 0);
+    const Outcome again = good_run(command + arguments);
     EXPECT_EQ(slurp(path("c.csv")), answer);
     EXPECT_EQ(has(again.err, "corners of "), !said.empty()) << again.err;
     EXPECT_TRUE(has(again.err, said)) << again.err;

@@ -9,8 +9,7 @@ using CliStability = Cli;
 
 TEST_F(CliStability, WritesTableAndPage) {
   const Outcome outcome =
-      run("stability near-camera line --trials 2 --threads 2 --out " + path("atlas"));
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+      good_run("stability near-camera line --trials 2 --threads 2 --out " + path("atlas"));
   EXPECT_HAS(outcome.out, "2 maps");
   const std::string csv = slurp(root() / "atlas/line.csv");
   EXPECT_HAS(csv, "line,0.01,50,tagcal estimate_pose,2,");
@@ -43,8 +42,7 @@ TEST_F(CliStability, EqualSeedsEqualOutcomes) {
 }
 
 TEST_F(CliStability, ListsItsMaps) {
-  const Outcome outcome = run("stability --list");
-  EXPECT_EQ(outcome.exit_code, 0);
+  const Outcome outcome = good_run("stability --list");
   EXPECT_HAS(outcome.out, "tag-tilt-distance");
   EXPECT_HAS(outcome.out, "focal-distance");
 }

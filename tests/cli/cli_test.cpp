@@ -11,8 +11,7 @@ using Json = nlohmann::json;
 TEST_F(Cli, HelpOfEachCommandHasAnExample) {
   for (const std::string command :
        {"", "render", "detect", "calibrate", "validate", "pose", "board"}) {
-    const Outcome help = run(command + " --help");
-    EXPECT_EQ(help.exit_code, 0);
+    const Outcome help = good_run(command + " --help");
     EXPECT_HAS(help.out, "Example: tagcal");
     EXPECT_EQ(help.err, "");
   }
@@ -21,9 +20,8 @@ TEST_F(Cli, HelpOfEachCommandHasAnExample) {
 
 TEST_F(Cli, RenderGivesEqualBytesForAnyNumberOfThreads) {
   for (const std::string threads : {"1", "2", "5"}) {
-    const Outcome outcome = run("render " + path("scene.yaml") + " --seed 3 --views 3 --out " +
-                                path("t" + threads) + " --threads " + threads);
-    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    const Outcome outcome = good_run("render " + path("scene.yaml") + " --seed 3 --views 3 --out " +
+                                     path("t" + threads) + " --threads " + threads);
     EXPECT_EQ(outcome.out, "");
   }
   const auto one = bytes_of(root() / "t1");
@@ -84,11 +82,9 @@ TEST_F(Cli, RenderLeavesNothingHalfWritten) {
 }
 
 TEST_F(Cli, DetectWritesTheSameToStdoutAndToAFile) {
-  const Outcome to_stdout = run("detect " + path("set"));
-  ASSERT_EQ(to_stdout.exit_code, 0) << to_stdout.err;
+  const Outcome to_stdout = good_run("detect " + path("set"));
   const Outcome to_file =
-      run("detect " + path("set") + " --threads 1 --out " + path("corners.csv"));
-  ASSERT_EQ(to_file.exit_code, 0) << to_file.err;
+      good_run("detect " + path("set") + " --threads 1 --out " + path("corners.csv"));
   EXPECT_TRUE(to_file.out.starts_with("OK: 6 of 6 pictures show the target: ")) << to_file.out;
   EXPECT_EQ(slurp(root() / "corners.csv"), to_stdout.out);
   EXPECT_TRUE(to_stdout.out.starts_with("image,tag_id,corner,x_px,y_px"));
@@ -98,16 +94,14 @@ TEST_F(Cli, DetectWritesTheSameToStdoutAndToAFile) {
   EXPECT_HAS(to_stdout.err, "OK: 6 of 6 pictures");
 
   const Outcome pictures =
-      run("detect --target " + path("set/target.yaml") + " " + path("set/images") + "/*.png");
-  EXPECT_EQ(pictures.exit_code, 0) << pictures.err;
+      good_run("detect --target " + path("set/target.yaml") + " " + path("set/images") + "/*.png");
   EXPECT_EQ(pictures.out, to_stdout.out);
 }
 
 TEST_F(Cli, DetectThatFindsNothingSaysSoAndIsNoError) {
   spill(root() / "black.pgm", "P5 64 48 255\n" + std::string(64 * 48, '\0'));
   const Outcome outcome =
-      run("detect --target " + path("set/target.yaml") + " " + path("black.pgm"));
-  EXPECT_EQ(outcome.exit_code, 0);
+      good_run("detect --target " + path("set/target.yaml") + " " + path("black.pgm"));
   EXPECT_EQ(std::count(outcome.out.begin(), outcome.out.end(), '\n'), 1);
   EXPECT_HAS(outcome.err, "NOTHING FOUND: the target is not in the picture");
 }
@@ -183,8 +177,7 @@ TEST_F(Cli, ValidateJudgesTheTruthWhereItIsAsked) {
   const std::string truth = slurp(wrong / "truth.yaml");
   spill(wrong / "truth.yaml",
         replaced(replaced(truth, "cx: 317", "cx: 327"), "cy: 203", "cy: 213"));
-  const Outcome shown = run(command + wrong.string());
-  EXPECT_EQ(shown.exit_code, 0) << shown.err;
+  const Outcome shown = good_run(command + wrong.string());
   EXPECT_TRUE(shown.out.ends_with("OpenCV agrees\ntruth: 2 parameters beyond 5 sd\n")) << shown.out;
   EXPECT_LACKS(shown.out, "passed");
   EXPECT_EQ(run(command + wrong.string() + " --truth").exit_code, 1);

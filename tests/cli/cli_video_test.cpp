@@ -22,8 +22,7 @@ class CliVideo : public Cli {
           "path: {type: dome, min_distance_m: 0.6, max_distance_m: 0.9, min_elevation_deg: 50}\n"
           "views: 12\n"
           "sensor: {blur_px: 0.6, noise_levels: 1}\n");
-    const Outcome rendered = run("render " + path("scene.yaml") + " --force --out " + path("set"));
-    ASSERT_EQ(rendered.exit_code, 0) << rendered.err;
+    good_run("render " + path("scene.yaml") + " --force --out " + path("set"));
   }
 
   void encode(const std::string& name, const std::string& options) {
@@ -48,9 +47,8 @@ class CliVideo : public Cli {
   }
 
   std::string answer(const std::string& pictures, const std::string& options = "") {
-    const Outcome out = run("detect " + pictures + " --target " + path("set/target.yaml") +
-                            " --no-cache --out " + path("corners.csv") + " " + options);
-    EXPECT_EQ(out.exit_code, 0) << out.err;
+    const Outcome out = good_run("detect " + pictures + " --target " + path("set/target.yaml") +
+                                 " --no-cache --out " + path("corners.csv") + " " + options);
     said_ = out.err;
     return slurp(root() / "corners.csv");
   }
@@ -105,15 +103,12 @@ TEST_F(CliVideo, TheReadoutOfARollingShutterIsFound) {
     EXPECT_GT(by_itself["num_views"], 20);
   }
   // And of corners that were found before, with their times.
-  ASSERT_EQ(run("detect --target " + path("set/target.yaml") + " --out " + path("c.csv") + " " +
-                path("clip.mkv"))
-                .exit_code,
-            0);
+  good_run("detect --target " + path("set/target.yaml") + " --out " + path("c.csv") + " " +
+           path("clip.mkv"));
   fs::create_directory(root() / "corners");
   spill(root() / "corners/dataset.yaml",
         "image_size: [480, 360]\ntarget: ../set/target.yaml\nobservations: ../c.csv\n");
-  const Outcome corners = run("calibrate " + path("corners") + " --model f --json");
-  ASSERT_EQ(corners.exit_code, 0) << corners.err;
+  const Outcome corners = good_run("calibrate " + path("corners") + " --model f --json");
   EXPECT_TRUE(nlohmann::json::parse(corners.out)["readout"].is_object());
   const Outcome none = run("calibrate --target " + path("set/target.yaml") + " --model f --json " +
                            path("clip.mkv") + " --shutter global");
@@ -277,10 +272,8 @@ TEST_F(CliVideo, ALiveOneIsWatched) {
   EXPECT_EQ(kept_in("kept"), rests);
   const std::string said = slurp(root() / "said.txt");
   EXPECT_HAS(said, "the video has ended");
-  ASSERT_EQ(run("calibrate " + path("kept") + " --target " + path("walk/target.yaml") + " --out " +
-                path("again.yaml"))
-                .exit_code,
-            0);
+  good_run("calibrate " + path("kept") + " --target " + path("walk/target.yaml") + " --out " +
+           path("again.yaml"));
   const auto camera = [&](const std::string& file) {
     const std::string text = slurp(root() / file);
     return text.substr(0, text.find("views:"));

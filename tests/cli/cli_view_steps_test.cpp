@@ -92,8 +92,7 @@ TEST_F(Cli, TheStepsPlaceTheCamera) {
   scene = replaced(scene, "jitter: {target_m: 0.02, roll_deg: 20}\n", "");
   scene = replaced(scene, "corner_squares: false}\n", "corner_squares: false}\n    frame: b\n");
   spill(root() / "hung.yaml", scene);
-  const Outcome outcome = run("view " + path("hung.yaml") + " --at 0:0 --json");
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Outcome outcome = good_run("view " + path("hung.yaml") + " --at 0:0 --json");
   const Steps steps{Json::parse(outcome.out)};
   EXPECT_NEAR(steps["orbit"]["azimuth_deg"], 130, 1e-9);
   EXPECT_NEAR(steps["orbit"]["elevation_deg"], 30, 1e-9);
@@ -125,9 +124,8 @@ TEST_F(Cli, TheStepsPlaceTheCamera) {
 
 TEST_F(Cli, TheStepsFindTheMatricesFromMatchedCornersAndByThreeMoves) {
   for (const char* name : {"wall", "window", "house"}) {  // off-centre, and oblique
-    const Outcome outcome = run("view " + kSource + "/data-synthetic/scenes/viewing/" + name +
-                                ".yaml --near 0.3 --far 3 --json");
-    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    const Outcome outcome = good_run("view " + kSource + "/data-synthetic/scenes/viewing/" + name +
+                                     ".yaml --near 0.3 --far 3 --json");
     const Steps steps{Json::parse(outcome.out)};
     const Json& matched = steps["five_matched_corners"];
     const Eigen::Matrix4d clip = matrix(steps.answer["matrices"]["clip_from_eye"]);
@@ -152,8 +150,7 @@ TEST_F(Cli, ViewClipsALineByCodesByItsParameterAndInSpace) {
   const std::string doorway =
       "view " + kSource + "/data-synthetic/scenes/doorway.yaml --near 1 --far 10 ";
   const auto line = [&](const std::string& points) {
-    const Outcome outcome = run(doorway + points + " --json");
-    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    const Outcome outcome = good_run(doorway + points + " --json");
     return Json::parse(outcome.out)["steps"]["line_to"];
   };
   const Json cut = line("--at -5.76,3,-0.08 --to 2.88,3,3.16");  // the course's line
@@ -182,8 +179,7 @@ TEST_F(Cli, TheStepsTurnACameraOfGraphics) {
   spill(root() / "rolled.yaml", scene.substr(0, scene.find("path: ")) +
                                     "path: {type: roll_pitch_yaw, centre_m: [0, 0, 0.6], roll_deg: "
                                     "10, pitch_deg: 37, yaw_deg: 53}\n");
-  const Outcome outcome = run("view " + path("rolled.yaml") + " --json");
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Outcome outcome = good_run("view " + path("rolled.yaml") + " --json");
   const Steps steps{Json::parse(outcome.out)};
   const Json& turns = steps["eye_turns_in_a_world_with_y_up"];
   EXPECT_NEAR(turns["about_z_deg"], 10, 1e-9);
@@ -221,9 +217,8 @@ image_height: 400
 camera_matrix: {rows: 3, cols: 3, dt: d, data: [520, 0, 317, 0, 520, 203, 0, 0, 1]}
 distortion_coefficients: {rows: 1, cols: 5, dt: d, data: [-0.1, 0, 0, 0, 0]}
 )");
-  const Outcome estimated =
-      run("view " + exact_set("exact").string() + " --view 3 --json --camera " + path("own.yaml"));
-  ASSERT_EQ(estimated.exit_code, 0) << estimated.err;
+  const Outcome estimated = good_run("view " + exact_set("exact").string() +
+                                     " --view 3 --json --camera " + path("own.yaml"));
   EXPECT_LT((vector(Json::parse(estimated.out)["point"]["pixel"]) - vector(scene["point"]["pixel"]))
                 .norm(),
             1e-3);

@@ -25,8 +25,7 @@ TEST_F(Cli, ThePageOnTheViewingPipelineShowsWhatTheCommandPrints) {
     std::string arguments = page.substr(command, line_end - command);
     SCOPED_TRACE(arguments);
     arguments = replaced(arguments, "data-synthetic", kSource + "/data-synthetic");
-    const Outcome outcome = run(arguments);
-    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    const Outcome outcome = good_run(arguments);
     std::string printed = outcome.out;
     if (text.starts_with("...\n")) {  // the page leaves out the matrices
       text = text.substr(4);
@@ -73,9 +72,8 @@ TEST_F(Cli, ThePageWritesOneCameraInThreeWays) {
 }
 
 TEST_F(Cli, TheDrawingOnThePageIsTheCommands) {
-  const Outcome outcome = run(
+  const Outcome outcome = good_run(
       "view " + kSource + "/data-synthetic/scenes/doorway.yaml --at 0:2 --near 1 --far 10 --svg");
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const std::string page = slurp(kSource + "/docs/course/viewing.svg");
   // Rounding differs between machines; the drawn elements do not.
   EXPECT_EQ(std::count(page.begin(), page.end(), '\n'),
@@ -90,8 +88,7 @@ TEST_F(Cli, TheDrawingOnThePageIsTheCommands) {
 TEST_F(Cli, ViewPrintsMatricesThatTakeThePointFromFrameToFrame) {
   for (const std::string at : {"0:0", "5:3", "0.1,0.1,0.02"}) {
     const Outcome outcome =
-        run("view " + path("scene.yaml") + " --view 2 --seed 3 --json --at " + at);
-    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+        good_run("view " + path("scene.yaml") + " --view 2 --seed 3 --json --at " + at);
     const Json answer = Json::parse(outcome.out);
     const Json& m = answer["matrices"];
     const Json& p = answer["point"];
@@ -123,9 +120,9 @@ TEST_F(Cli, ViewFollowsTheCornersThatRenderWrote) {
     std::string image, tag, corner;
     double x = 0, y = 0;
     fields >> image >> tag >> corner >> x >> y;
-    const Outcome outcome = run("view " + path("scene.yaml") + " --json --view " +
-                                std::to_string(std::stoi(image)) + " --at " + tag + ":" + corner);
-    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    const Outcome outcome =
+        good_run("view " + path("scene.yaml") + " --json --view " +
+                 std::to_string(std::stoi(image)) + " --at " + tag + ":" + corner);
     const Json point = Json::parse(outcome.out)["point"];
     EXPECT_EQ(point["seen"], true);
     EXPECT_NEAR(point["pixel"][0], x, 1e-9);
@@ -138,8 +135,7 @@ TEST_F(Cli, ViewOfAFisheyeAndOfAPointBehindIt) {
         replaced(replaced(kScene, "model: radial1, f: 520, cx: 317, cy: 203, distortion: [-0.1]",
                           "model: fisheye4, f: 200"),
                  "views: 6", "views: 1"));
-  const Outcome outcome = run("view " + path("fisheye.yaml") + " --json --at 0,0,5");
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Outcome outcome = good_run("view " + path("fisheye.yaml") + " --json --at 0,0,5");
   const Json point = Json::parse(outcome.out)["point"];
   EXPECT_EQ(point["in_ndc"], nullptr);
   EXPECT_EQ(point["seen"], false);

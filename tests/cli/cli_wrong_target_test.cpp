@@ -36,8 +36,7 @@ class CliWrongTarget : public Cli {
  protected:
   static void render(const std::string& name, const std::string& scene) {
     spill(root() / (name + ".scene.yaml"), scene);
-    const Outcome rendered = run("render " + path(name + ".scene.yaml") + " --out " + path(name));
-    ASSERT_EQ(rendered.exit_code, 0) << rendered.err;
+    good_run("render " + path(name + ".scene.yaml") + " --out " + path(name));
   }
 
   // Replaces each "KEY: VALUE" of a file by those behind "write ".
@@ -156,8 +155,8 @@ TEST_F(CliWrongTarget, MillimetresAreWarnedOfAndMayBeWritten) {
   EXPECT_HAS(wide.out, "m wide: lengths are in metres; write 30mm");
   spill(root() / "mm.yaml",
         std::regex_replace(right, std::regex("tagSize: [^\n]*"), "tagSize: 60mm"));
-  const Outcome fine = run("calibrate --target " + path("mm.yaml") + rest + " --distance 500mm");
-  EXPECT_EQ(fine.exit_code, 0) << fine.err;
+  const Outcome fine =
+      good_run("calibrate --target " + path("mm.yaml") + rest + " --distance 500mm");
   EXPECT_LACKS(fine.out, "m wide");
   expect_bad_input("calibrate " + path("set") + " --distance 3miles", {"--distance", "30mm"});
 }
