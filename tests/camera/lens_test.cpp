@@ -74,30 +74,6 @@ TYPED_TEST(LensContract, JacobiansAgreeWithDifferences) {
   }
 }
 
-TYPED_TEST(LensContract, BatchIsTheSameAsOneByOne) {
-  Random random(3);
-  const auto lens = random_lens<TypeParam>(random);
-  const Pose pose(exp_rotation({0.3, -0.2, 0.1}), {0.1, 0.2, 0.3});
-  std::vector<Vector3d> points;
-  for (int i = 0; i < 500; ++i)
-    points.emplace_back(random.normal(), random.normal(), random.normal());
-  std::vector<Vector2d> pixels(points.size());
-  std::vector<std::uint8_t> valid(points.size());
-  const std::size_t count = project(Lens(lens), pose, points, pixels, valid);
-  std::size_t expected = 0;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const auto one = lens.project(pose * points[i]);
-    expected += one.has_value();
-    ASSERT_EQ(one.has_value(), valid[i] != 0);
-    if (one) {
-      EXPECT_LT((*one - pixels[i]).norm(), 1e-9 * (1 + one->norm()));
-    } else {
-      EXPECT_TRUE(std::isnan(pixels[i].x()));
-    }
-  }
-  EXPECT_EQ(count, expected);
-}
-
 TYPED_TEST(LensContract, WhatIsNotFiniteHasNoValue) {
   Random random(4);
   const auto lens = random_lens<TypeParam>(random);
