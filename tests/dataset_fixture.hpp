@@ -50,18 +50,14 @@ class DatasetFile : public FileTest {
     return bytes;
   }
 
-  std::string without_folder(const std::string& message) const {
-    const std::string name = folder_.string() + "/";
-    return message.starts_with(name) ? message.substr(name.size()) : "no folder: " + message;
-  }
   std::string error() const {
-    return without_folder(error_of([&] { read_dataset(folder_); }));
+    return error_about(folder_.string() + "/", [&] { read_dataset(folder_); });
   }
   std::vector<View> read_csv(const std::string& text) const {
     return read_observations(write("t.csv", text), boards_);
   }
   std::string csv_error(const std::string& text) const {
-    return without_folder(error_of([&] { read_csv(text); }));
+    return error_about(folder_.string() + "/", [&] { read_csv(text); });
   }
   // Each change of a file of the good data set.
   void expect_bad(const std::string& file, const std::string& good,

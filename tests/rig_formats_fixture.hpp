@@ -13,10 +13,7 @@ class RigFormats : public FileTest {
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
   // The message of reading, without the folder.
   std::string error(const std::string& name) const {
-    const std::string message = error_of([&] { read_camera_file(folder_ / name); });
-    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
-    const std::string folder = folder_.string() + "/";
-    return message.starts_with(folder) ? message.substr(folder.size()) : message;
+    return error_about(folder_.string() + "/", [&] { read_camera_file(folder_ / name); });
   }
 };
 

@@ -234,10 +234,10 @@ TEST_F(RigFormats, RigsThatAFormatCannotHoldAreRefused) {
   const CameraFile three = random_rig(random, 3);
   const auto refused = [&](const CameraFile& file, const std::string& out,
                            const std::string& format) {
-    const std::string message = error_of([&] { write_camera_file(folder_ / out, file, format); });
+    const auto write = [&] { write_camera_file(folder_ / out, file, format); };
+    const std::string message = error_about(path(out) + ": ", write);
     EXPECT_EQ(num_files(), 0U) << out;
-    const std::string name = path(out) + ": ";
-    return message.starts_with(name) ? message.substr(name.size()) : message;
+    return message;
   };
   EXPECT_EQ(refused(three, "o.yaml", "opencv"),
             "a file of opencv holds one camera, and there are 3: a-left, b-right, c-up (choose by "
