@@ -124,13 +124,7 @@ class PanelRefinement {
   }
 
   std::optional<Quad> predicted(const PanelTag& tag) const {
-    Quad result;
-    for (std::size_t i = 0; i < 4; ++i) {
-      const auto pixel = lens_->pixel(tag.on_panel[i]);
-      if (!pixel) return std::nullopt;
-      result[i] = *pixel;
-    }
-    return result;
+    return mapped(tag.on_panel, [&](const Eigen::Vector2d& x) { return lens_->pixel(x); });
   }
 
   // True if the lens has changed so little since the tag was fitted that the fit would not move.

@@ -87,14 +87,8 @@ std::optional<Quad> predicted(const PlacedTag& tag, const std::vector<const Plac
                               std::size_t count, const Lens* lens) {
   const auto view = PlaneView::about(tag, from, count, lens);
   if (!view) return std::nullopt;
-  Quad quad;
-  for (std::size_t i = 0; i < 4; ++i) {
-    const auto pixel = view->pixel(tag.corners[i]);
-    if (!pixel) return std::nullopt;
-    quad[i] = *pixel;
-  }
-  if (!is_face(quad)) return std::nullopt;
-  return quad;
+  const auto quad = mapped(tag.corners, [&](const Vector2d& x) { return view->pixel(x); });
+  return quad && is_face(*quad) ? quad : std::nullopt;
 }
 
 }  // namespace tagcal::internal

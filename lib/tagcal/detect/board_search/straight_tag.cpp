@@ -29,14 +29,11 @@ std::uint8_t level_at(const ImageView8& image, const Vector2d& at) {
 std::optional<StraightTag> StraightTag::of(const ImageView8& image, const PlacedTag& tag,
                                            const PlaneView& view, int width_at_border,
                                            double margin_cells) {
+  const auto predicted = mapped(tag.corners, [&](const Vector2d& x) { return view.pixel(x); });
+  if (!predicted || !is_face(*predicted)) return std::nullopt;
   StraightTag result(view);
+  result.predicted_ = *predicted;
   double side_px = 0;
-  for (std::size_t i = 0; i < 4; ++i) {
-    const auto pixel = view.pixel(tag.corners[i]);
-    if (!pixel) return std::nullopt;
-    result.predicted_[i] = *pixel;
-  }
-  if (!is_face(result.predicted_)) return std::nullopt;
   for (std::size_t i = 0; i < 4; ++i)
     side_px = std::max(side_px, (result.predicted_[(i + 1) % 4] - result.predicted_[i]).norm());
   const double cell = std::clamp(side_px / width_at_border / 2, kLeastCellPx, kMostCellPx);
@@ -60,24 +57,16 @@ Vector2d StraightTag::on_plane(const Vector2d& pixel) const {
 }
 
 std::optional<Quad> StraightTag::in_picture(const Quad& corners) const {
-  Quad result;
-  for (std::size_t i = 0; i < 4; ++i) {
-    const auto pixel = view_.pixel(on_plane(corners[i]));
-    if (!pixel) return std::nullopt;
-    result[i] = *pixel;
-  }
-  return result;
+  return mapped(corners, [&](const Vector2d& x) { return view_.pixel(on_plane(x)); });
 }
 
 std::optional<Quad> StraightTag::straightened(const Quad& corners) const {
-  Quad result;
-  for (std::size_t i = 0; i < 4; ++i) {
-    const auto place = view_.on_plane(corners[i]);
+  return mapped(corners, [&](const Vector2d& pixel) -> std::optional<Vector2d> {
+    const auto place = view_.on_plane(pixel);
     if (!place) return std::nullopt;
     const Vector2d from = *place - upper_left_;
-    result[i] = {from.dot(right_) / right_.squaredNorm(), from.dot(down_) / down_.squaredNorm()};
-  }
-  return result;
+    return Vector2d(from.dot(right_) / right_.squaredNorm(), from.dot(down_) / down_.squaredNorm());
+  });
 }
 
 }  // namespace tagcal::internal

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <optional>
 
 #include "tagcal/detect/policy/policy.hpp"
 #include "tagcal/scene/image.hpp"
@@ -21,6 +22,18 @@ bool is_face(const Quad& quad);
 
 // True if convex and mirrored.
 bool is_mirrored(const Quad& quad);
+
+// The quad of f(corner); no value if a corner has none.
+template <typename F>
+std::optional<Quad> mapped(const Quad& quad, const F& f) {
+  Quad result;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const std::optional<Eigen::Vector2d> at = f(quad[i]);
+    if (!at) return std::nullopt;
+    result[i] = *at;
+  }
+  return result;
+}
 
 double largest_distance(const Quad& a, const Quad& b);
 double shortest_side(const Quad& quad);
