@@ -9,12 +9,8 @@
 #include "commands/commands.hpp"
 #include "job/arguments.hpp"
 #include "job/input.hpp"
-#include "page_data/content_from_file.hpp"
-#include "page_data/difference_page.hpp"
-#include "page_data/html_page.hpp"
 #include "page_data/page_parts.hpp"
-#include "page_data/poses_page.hpp"
-#include "page_data/rig_page.hpp"
+#include "page_data/pages.hpp"
 #include "tagcal/error.hpp"
 
 namespace tagcal::tools {

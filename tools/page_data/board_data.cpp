@@ -1,4 +1,4 @@
-#include "page_data/board_data.hpp"
+#include "page_data/page_parts.hpp"
 
 #include <fmt/format.h>
 

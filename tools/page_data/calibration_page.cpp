@@ -1,6 +1,7 @@
+#include "page_data/pages.hpp"
+
 #include <cmath>
 
-#include "page_data/board_data.hpp"
 #include "page_data/page_parts.hpp"
 #include "report/calibration_report.hpp"
 #include "report/json_parts.hpp"

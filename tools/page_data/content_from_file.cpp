@@ -1,4 +1,4 @@
-#include "page_data/content_from_file.hpp"
+#include "page_data/pages.hpp"
 
 #include <fmt/format.h>
 

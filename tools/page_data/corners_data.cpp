@@ -1,10 +1,8 @@
-#include "page_data/corners_data.hpp"
+#include "page_data/page_parts.hpp"
 
 #include <cmath>
 #include <limits>
 #include <set>
-
-#include "page_data/board_data.hpp"
 
 namespace tagcal::tools {
 namespace {

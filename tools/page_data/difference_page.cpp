@@ -1,4 +1,4 @@
-#include "page_data/difference_page.hpp"
+#include "page_data/pages.hpp"
 
 #include <fmt/format.h>
 

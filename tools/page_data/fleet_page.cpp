@@ -1,4 +1,4 @@
-#include "page_data/fleet_page.hpp"
+#include "page_data/pages.hpp"
 
 #include <fmt/format.h>
 

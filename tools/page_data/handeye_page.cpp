@@ -1,9 +1,8 @@
-#include "page_data/handeye_page.hpp"
+#include "page_data/pages.hpp"
 
 #include <fmt/format.h>
 
 #include "job/terminal.hpp"
-#include "page_data/board_data.hpp"
 #include "page_data/page_parts.hpp"
 #include "report/rig_report.hpp"
 #include "tagcal/internal/degrees.hpp"

@@ -1,4 +1,4 @@
-#include "page_data/html_page.hpp"
+#include "page_data/pages.hpp"
 
 #include <fmt/format.h>
 

@@ -1,16 +1,68 @@
 #pragma once
 
+#include <filesystem>
+#include <map>
+#include <optional>
 #include <span>
+#include <string>
+#include <vector>
 
-#include "page_data/corners_data.hpp"
 #include "page_data/json_values.hpp"
 #include "page_data/page_content.hpp"
-#include "page_data/thumbnails.hpp"
+#include "tagcal/camera/camera.hpp"
+#include "tagcal/estimate/rig_types.hpp"
 #include "tagcal/io/types.hpp"
+#include "tagcal/scene/image.hpp"
+
+// Parts of the page's data that one function each makes.
 
 namespace tagcal::tools {
 
-// Parts of the page's data that one function each makes.
+// A small copy of a picture, for the page.
+struct Thumbnail {
+  std::string data_uri;  // of a JPEG; "": none
+  ImageSize size;
+  ImageSize picture_size;
+  std::string problem;  // a sentence: why there is none
+};
+
+// "data:image/jpeg;base64,..", as a page shows it.
+std::string jpeg_uri(const Picture& picture);
+
+// Small copies of pictures, by the library's own resampling. An empty path is a picture that is not
+// known. Pictures that cannot be read are no error. `image_size`: what all should have.
+std::vector<Thumbnail> thumbnails(const std::vector<std::filesystem::path>& files,
+                                  const ImageSize& image_size, int threads);
+
+// A corner of a view of the data set, with its residual (observed - reprojected).
+struct PageCorner {
+  std::size_t view = 0;
+  CornerId id;
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
+  Eigen::Vector2d residual_px = Eigen::Vector2d::Zero();  // NaN: not known
+  bool rejected = false;
+  double sd_px = 0;  // claimed, per coordinate; NaN: not known
+};
+
+// All corners of all views, in the order of the data set.
+std::vector<PageCorner> page_corners(const PageContent& content);
+
+// Columns of equal length.
+PageJson corners_json(const std::vector<PageCorner>& corners);
+
+// Points of the boards in the world; of the one flat board as BoardWarp places them, if there is
+// one.
+std::map<CornerId, Eigen::Vector3d> bent_points_in_world(const std::vector<PlacedBoard>& boards,
+                                                         const std::optional<BoardWarp>& warp);
+
+// Boards for the view in 3D: outline, tags or dark squares, points.
+PageJson boards_json(const std::vector<PlacedBoard>& boards);
+
+// The terms of the board, and the heights over it; null without them.
+PageJson warp_json(const std::vector<PlacedBoard>& boards, const std::optional<BoardWarp>& warp);
+
+// The next view, with the largest board projected into the image; null without one.
+PageJson advice_json(const PageContent& content);
 
 // The last part of a path: the name of a file or folder, for a title.
 std::string last_part(const std::string& path);
@@ -48,7 +100,11 @@ PageJson seen_json(const SeenRegion& seen);
 PageJson formats_json(const CameraFile& cameras, std::vector<std::string>& notes);
 PageJson formats_json(const Calibration& calibration, std::vector<std::string>& notes);
 
-// The data of the page of a calibration.
-PageJson calibration_page(const PageContent& content);
+// One instant of the pair of cameras with the most instants, rectified, with lines across both
+// pictures: the instant whose pictures show the most corners. `pictures`: files by camera and
+// View::image. Null if no instant has both files, a file cannot be read, or the pair has no
+// rectification (rectify.hpp). Precondition: the rig has an answer.
+PageJson rectified_json(const RigDataset& data, const RigCalibration& answer,
+                        const std::vector<std::map<std::string, std::filesystem::path>>& pictures);
 
 }  // namespace tagcal::tools

@@ -1,4 +1,4 @@
-#include "page_data/poses_page.hpp"
+#include "page_data/pages.hpp"
 
 #include <fmt/format.h>
 
@@ -9,7 +9,6 @@
 
 #include "job/camera_input.hpp"
 #include "job/find_corners.hpp"
-#include "page_data/board_data.hpp"
 #include "page_data/page_parts.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/camera_file.hpp"

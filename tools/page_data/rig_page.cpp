@@ -1,4 +1,4 @@
-#include "page_data/rig_page.hpp"
+#include "page_data/pages.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -8,10 +8,7 @@
 #include <filesystem>
 
 #include "job/terminal.hpp"
-#include "page_data/board_data.hpp"
-#include "page_data/content_from_file.hpp"
 #include "page_data/page_parts.hpp"
-#include "page_data/rig_picture.hpp"
 #include "report/findings.hpp"
 #include "report/json_parts.hpp"
 #include "report/rig_report.hpp"

@@ -1,11 +1,10 @@
-#include "page_data/rig_picture.hpp"
+#include "page_data/page_parts.hpp"
 
 #include <algorithm>
 #include <array>
 #include <optional>
 
 #include "draw/rectified_sheet.hpp"
-#include "page_data/thumbnails.hpp"
 #include "report/rig_report.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/calibrate_rig.hpp"

@@ -1,4 +1,4 @@
-#include "page_data/thumbnails.hpp"
+#include "page_data/page_parts.hpp"
 
 #include <fmt/format.h>
 
