@@ -8,7 +8,7 @@
 #include "cli_fixture.hpp"
 #include "cli_process.hpp"
 #include "job/terminal.hpp"
-#include "watch/frame_stream.hpp"
+#include "watch/live_frames.hpp"
 
 namespace tagcal::tools {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "commands/commands.hpp"
 #include "draw/board_sheet.hpp"
-#include "draw/sheet_pdf.hpp"
+#include "draw/sheet.hpp"
 #include "job/arguments.hpp"
 #include "job/input.hpp"
 #include "job/messages.hpp"

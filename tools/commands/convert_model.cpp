@@ -6,7 +6,7 @@
 #include <cmath>
 #include <filesystem>
 
-#include "draw/lens_fit_picture.hpp"
+#include "draw/heat_map.hpp"
 #include "job/arguments.hpp"
 #include "job/messages.hpp"
 #include "job/outputs.hpp"

@@ -9,7 +9,7 @@
 
 #include "commands/commands.hpp"
 #include "commands/diff_rigs.hpp"
-#include "draw/uncertainty_picture.hpp"
+#include "draw/heat_map.hpp"
 #include "job/arguments.hpp"
 #include "job/camera_input.hpp"
 #include "job/input.hpp"

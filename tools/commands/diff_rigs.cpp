@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "draw/uncertainty_picture.hpp"
+#include "draw/heat_map.hpp"
 #include "job/camera_input.hpp"
 #include "job/messages.hpp"
 #include "job/plain_text.hpp"

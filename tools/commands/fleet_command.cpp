@@ -11,7 +11,7 @@
 #include "job/outputs.hpp"
 #include "job/plain_text.hpp"
 #include "page_data/pages.hpp"
-#include "report/fleet_report.hpp"
+#include "report/fleet.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/text_file.hpp"
 

@@ -6,7 +6,7 @@
 #include <map>
 
 #include "commands/rig_poses.hpp"
-#include "report/poses_input.hpp"
+#include "report/pose_report.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/check_camera.hpp"
 #include "tagcal/internal/parallel.hpp"

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "job/command.hpp"
-#include "report/fleet_row.hpp"
+#include "report/fleet.hpp"
 
 namespace tagcal::tools {
 

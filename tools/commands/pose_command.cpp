@@ -17,7 +17,7 @@
 #include "job/outputs.hpp"
 #include "job/progress.hpp"
 #include "job/terminal.hpp"
-#include "report/pose_files.hpp"
+#include "report/pose_report.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/check_camera.hpp"
 #include "tagcal/estimate/findings.hpp"

@@ -10,7 +10,7 @@
 
 #include "commands/commands.hpp"
 #include "job/arguments.hpp"
-#include "job/lens_input.hpp"
+#include "job/camera_input.hpp"
 #include "job/messages.hpp"
 #include "job/outputs.hpp"
 #include "job/plain_text.hpp"

@@ -1,4 +1,4 @@
-#include "commands/rectify_run.hpp"
+#include "commands/reproject_run.hpp"
 
 #include <fmt/format.h>
 

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "commands/commands.hpp"
-#include "commands/rectify_run.hpp"
 #include "commands/reproject_run.hpp"
 #include "job/arguments.hpp"
 #include "job/camera_input.hpp"

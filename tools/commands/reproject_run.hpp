@@ -86,4 +86,7 @@ class ReprojectRun {
   std::vector<double> shares_;  // of the pixels of each target that are seen; -1: not known
 };
 
+// `tagcal reproject LEFT RIGHT --camera RIG --rectify DIR`. Returns the exit code. Throws Error.
+int run_rectify(const ReprojectArguments& arguments);
+
 }  // namespace tagcal::tools

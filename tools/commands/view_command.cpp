@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "commands/commands.hpp"
-#include "draw/view_drawing.hpp"
+#include "draw/view_panels.hpp"
 #include "job/arguments.hpp"
 #include "job/input.hpp"
 #include "job/messages.hpp"
-#include "job/number_argument.hpp"
+#include "job/plain_text.hpp"
 #include "job/view_input.hpp"
 #include "report/view_text.hpp"
 #include "tagcal/error.hpp"

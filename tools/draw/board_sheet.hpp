@@ -3,7 +3,6 @@
 #include <optional>
 #include <string>
 
-#include "draw/paper.hpp"
 #include "draw/sheet.hpp"
 #include "tagcal/scene/board.hpp"
 

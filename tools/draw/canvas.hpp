@@ -5,6 +5,8 @@
 #include <vector>
 
 #include "draw/cairo.hpp"
+#include "study/plot/drawing.hpp"
+#include "tagcal/scene/image.hpp"
 
 namespace tagcal::tools {
 
@@ -44,5 +46,9 @@ class Canvas {
 
 // A full circle.
 Polyline circle(const Eigen::Vector2d& centre, double radius_px);
+
+// A drawing on white, by cairo.
+std::string drawing_svg(const study::Drawing& drawing);
+ImageRgb drawing_image(const study::Drawing& drawing, double pixels_per_unit);
 
 }  // namespace tagcal::tools

@@ -1,10 +1,13 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <filesystem>
 #include <functional>
 #include <span>
 #include <string>
 
+#include "tagcal/estimate/calibrate.hpp"
+#include "tagcal/estimate/lens_fit.hpp"
 #include "tagcal/scene/image.hpp"
 #include "tagcal/uncertainty/seen_region.hpp"
 
@@ -51,5 +54,19 @@ std::string colour_bar_svg(const HeatMap& map, double top);
 
 // The map and below it the scale, with a mark at each power of ten.
 ImageRgb heat_picture(const HeatMap& map);
+
+// The difference between a fitted lens and its source over the image, with the colour scale; the
+// SVG also has numbers and the hull of `seen`. Red: from 10 px on, without a projection, and
+// without a ray. Precondition: the fit has a grid of differences.
+std::string lens_fit_svg(const LensFit& fit, const SeenRegion& seen);
+ImageRgb lens_fit_image(const LensFit& fit);
+
+// Writes the projection's standard deviation over the image, one panel per distance below each
+// other: .svg with the hull of the corners, or .png, 640 pixels wide: black up to 0.001 px, white
+// from 10 px on (and without a ray), logarithmic between. Preconditions: calibration.projection is
+// not empty, calibration.camera has a value.
+void write_uncertainty_picture(const std::filesystem::path& file, const Calibration& calibration);
+
+std::string distance_text(double distance_m);  // "infinity" or "1.2 m"
 
 }  // namespace tagcal::tools

@@ -1,10 +1,8 @@
-#include "draw/lens_fit_picture.hpp"
+#include "draw/heat_map.hpp"
 
 #include <fmt/format.h>
 
 #include <cmath>
-
-#include "draw/heat_map.hpp"
 
 namespace tagcal::tools {
 namespace {

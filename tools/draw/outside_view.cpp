@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "job/view_frames.hpp"
+#include "job/view_report.hpp"
 #include "tagcal/geometry/viewpoint.hpp"
 #include "tagcal/scene/surfaces.hpp"
 

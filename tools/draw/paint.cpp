@@ -1,4 +1,4 @@
-#include "draw/paint.hpp"
+#include "draw/canvas.hpp"
 
 #include <cairo/cairo-svg.h>
 

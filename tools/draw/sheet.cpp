@@ -7,7 +7,6 @@
 #include <limits>
 #include <string_view>
 
-#include "draw/sheet_text.hpp"
 #include "job/plain_text.hpp"
 #include "tagcal/scene/raster/coverage.hpp"
 

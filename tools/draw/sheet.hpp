@@ -1,13 +1,27 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "tagcal/scene/image.hpp"
 
 namespace tagcal::tools {
+
+// A sheet of paper in portrait, in millimetres (ISO 216; ANSI A).
+struct Paper {
+  std::string_view name;
+  double width_mm = 0;
+  double height_mm = 0;
+
+  Paper landscape() const { return {name, height_mm, width_mm}; }
+};
+
+inline constexpr std::array kPapers = {Paper{"a4", 210, 297}, Paper{"letter", 215.9, 279.4},
+                                       Paper{"a3", 297, 420}};
 
 using Contour = std::vector<Eigen::Vector2d>;
 
@@ -42,5 +56,29 @@ std::string sheet_svg(const Sheet& sheet, const std::string& title);
 // The page in pixels; the grey level of a pixel is its exact share of ink.
 ImageSize sheet_size(const Sheet& sheet, double pixels_per_mm);
 Image8 sheet_image(const Sheet& sheet, double pixels_per_mm);
+
+// The outlines of a line of text, in millimetres, y down: outsides of letters have one sense of
+// rotation, holes the other one. `baseline` is the left end of the baseline, `height_mm` the size
+// of the font (a sans-serif of the machine).
+std::vector<Contour> text_contours(const std::string& text, const Eigen::Vector2d& baseline,
+                                   double height_mm);
+
+double text_width(const std::string& text, double height_mm);
+
+// A PDF of one page, true to scale.
+std::string sheet_pdf(const Sheet& sheet, const std::string& title);
+
+// A page larger than the paper, cut into several that overlap.
+struct Tiling {
+  Paper paper;  // as it lies
+  int columns = 0;
+  int rows = 0;
+};
+
+// The tiling with the fewest pages, in portrait or landscape.
+Tiling tiling_of(const Sheet& sheet, const Paper& paper);
+
+// A PDF with a page for each tile, row by row from above, with marks where to cut and join.
+std::string tiled_pdf(const Sheet& sheet, const Tiling& tiling, const std::string& title);
 
 }  // namespace tagcal::tools

@@ -1,4 +1,4 @@
-#include "draw/sheet_pdf.hpp"
+#include "draw/sheet.hpp"
 
 #include <cairo/cairo-pdf.h>
 #include <fmt/format.h>
@@ -11,7 +11,6 @@
 #include <span>
 
 #include "draw/cairo.hpp"
-#include "draw/sheet_text.hpp"
 
 namespace tagcal::tools {
 namespace {

@@ -1,4 +1,4 @@
-#include "draw/sheet_text.hpp"
+#include "draw/sheet.hpp"
 
 #include "draw/cairo.hpp"
 

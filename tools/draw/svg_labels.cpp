@@ -1,4 +1,4 @@
-#include "draw/svg_labels.hpp"
+#include "draw/svg_panel.hpp"
 
 #include <fmt/format.h>
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -7,6 +8,7 @@
 
 #include "tagcal/scene/scene.hpp"
 #include "tagcal/scene/surfaces.hpp"
+#include "tagcal/viewing/clip.hpp"
 
 namespace tagcal::tools {
 
@@ -55,6 +57,39 @@ class SvgPanel {
 
   Camera camera_;
   Pose camera_from_world_;
+};
+
+// Places names beside points of a picture, so that no name covers another one or a marked point:
+// each at the nearest free place around its point, with a line to it if that is not beside it. A
+// name without a free place is left out.
+class SvgLabels {
+ public:
+  explicit SvgLabels(const Window& area) : area_(area) {}
+
+  double height() const { return area_.top; }
+
+  void keep_free(const Eigen::Vector2d& point);
+  void add(std::string_view text, const Eigen::Vector2d& point, std::string_view colour);
+
+  // Places all names, those that were added first at the best places.
+  std::string svg();
+
+ private:
+  struct Name {
+    std::string text;
+    Eigen::Vector2d point;
+    std::string_view colour;
+  };
+
+  void place(const Name& name);
+  bool is_free(const Window& box, const Segment2& leader) const;
+  void draw(const Name& name, const Window& box, const Segment2& leader);
+
+  Window area_;
+  std::vector<Name> names_;
+  std::vector<Window> taken_;
+  std::vector<Segment2> leaders_;
+  std::string svg_;
 };
 
 }  // namespace tagcal::tools

@@ -1,10 +1,9 @@
-#include "draw/uncertainty_picture.hpp"
+#include "draw/heat_map.hpp"
 
 #include <fmt/format.h>
 
 #include <cmath>
 
-#include "draw/heat_map.hpp"
 #include "job/shown_parameters.hpp"
 #include "tagcal/io/image_file.hpp"
 #include "tagcal/io/text_file.hpp"

@@ -1,11 +1,10 @@
-#include "draw/view_drawing.hpp"
+#include "draw/view_panels.hpp"
 
 #include <fmt/format.h>
 
 #include <string_view>
 
-#include "draw/svg_labels.hpp"
-#include "draw/view_panels.hpp"
+#include "draw/svg_panel.hpp"
 #include "job/plain_text.hpp"
 #include "job/view_values.hpp"
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "draw/svg_labels.hpp"
 #include "draw/svg_panel.hpp"
 #include "draw/view_panels.hpp"
 #include "tagcal/viewing/viewport.hpp"

@@ -5,7 +5,6 @@
 #include <array>
 #include <numbers>
 
-#include "draw/svg_labels.hpp"
 #include "draw/svg_panel.hpp"
 #include "draw/view_panels.hpp"
 #include "tagcal/scene/surfaces.hpp"

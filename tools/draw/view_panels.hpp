@@ -23,4 +23,7 @@ std::string image_panel(const ViewReport& report, const PanelSize& size);
 // The canonical volume (NDC) and the part of the scene in it, as a cabinet projection.
 std::string ndc_panel(const ViewReport& report, const PanelSize& size);
 
+// A drawing, SVG: the scene with the camera's view volume, the image, and the canonical volume.
+std::string view_svg(const ViewReport& report);
+
 }  // namespace tagcal::tools

@@ -4,7 +4,6 @@
 #include <map>
 
 #include "draw/outside_view.hpp"
-#include "draw/svg_labels.hpp"
 #include "draw/svg_panel.hpp"
 #include "draw/view_panels.hpp"
 #include "job/plain_text.hpp"

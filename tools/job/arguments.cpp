@@ -12,7 +12,7 @@
 #include <span>
 #include <utility>
 
-#include "job/number_argument.hpp"
+#include "job/plain_text.hpp"
 #include "tagcal/camera/model.hpp"
 #include "tagcal/detect/families.hpp"
 #include "tagcal/error.hpp"

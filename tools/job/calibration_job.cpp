@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "job/find_corners.hpp"
-#include "job/frame_selection.hpp"
 #include "job/messages.hpp"
 #include "job/progress.hpp"
 #include "tagcal/error.hpp"

@@ -1,4 +1,4 @@
-#include "job/frame_selection.hpp"
+#include "job/calibration_job.hpp"
 
 #include <fmt/format.h>
 

@@ -1,9 +1,8 @@
-#include "job/frame_walk.hpp"
+#include "job/frame_motion.hpp"
 
 #include <cmath>
 #include <utility>
 
-#include "job/frame_motion.hpp"
 #include "job/progress.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/internal/spread_indices.hpp"

@@ -1,8 +1,7 @@
-#include "job/lens_input.hpp"
+#include "job/camera_input.hpp"
 
 #include <fmt/format.h>
 
-#include "job/camera_input.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/camera_file.hpp"
 

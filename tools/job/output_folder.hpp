@@ -6,9 +6,29 @@
 #include <string>
 
 #include "job/interruption.hpp"
-#include "job/work_file.hpp"
 
 namespace tagcal::tools {
+
+// A file in a folder that says which work fills it, so that a later process can go on with it. It
+// locks the folder for one process. The file stays until remove_from.
+class WorkFile {
+ public:
+  static constexpr const char* kName = ".resume";
+
+  // `work`: version, input and options as text. Throws Error if the folder is of other work, or in
+  // use by another process.
+  WorkFile(const std::filesystem::path& folder, const std::string& work);
+  ~WorkFile();
+  WorkFile(const WorkFile&) = delete;
+  WorkFile& operator=(const WorkFile&) = delete;
+
+  static void remove_from(const std::filesystem::path& folder);
+
+ private:
+  void lock(const std::filesystem::path& folder) const;
+
+  int descriptor_;
+};
 
 // A folder that appears whole or not at all: it is filled under another name beside its place, and
 // `publish` moves it there. Without `publish` it is removed again, also by a signal.

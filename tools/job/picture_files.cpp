@@ -13,10 +13,9 @@
 #include <set>
 #include <utility>
 
-#include "job/frame_walk.hpp"
+#include "job/frame_motion.hpp"
 #include "job/messages.hpp"
-#include "job/number_argument.hpp"
-#include "job/piped_video.hpp"
+#include "job/plain_text.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/internal/spread_indices.hpp"
 #include "tagcal/io/image_file.hpp"

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "tagcal/io/image_file.hpp"
@@ -12,7 +13,7 @@ namespace tagcal::tools {
 
 // Which frames of a video or bag are taken as pictures (frame_path).
 struct FrameChoice {
-  std::size_t every = 0;           // every so manyth; 0: those of frame_walk.hpp
+  std::size_t every = 0;           // every so manyth; 0: those of walked_frames
   std::vector<std::size_t> these;  // those alone, if not empty
   bool is_auto() const { return every == 0 && these.empty(); }
 };
@@ -83,5 +84,14 @@ ImageSize common_size(const std::vector<std::filesystem::path>& files,
 // of their lens is at another place.
 void warn_of_turns(const std::vector<std::filesystem::path>& files,
                    const std::vector<ImageHeader>& headers, std::vector<std::string>& warnings);
+
+// What stdin sends, MJPEG or YUV4MPEG2 (.y4m), as a file that is removed at the end of the program:
+// `ffmpeg .. -f mjpeg - | tagcal calibrate -`. Reads until the other end closes it, once. Throws
+// Error: other bytes, nothing, no room.
+std::filesystem::path piped_video();
+
+// ".mjpeg" or ".y4m", as the first bytes that stdin sends say; "" if they are too few to tell.
+// Throws Error for others.
+std::string_view ending_of_video(std::string_view beginning);
 
 }  // namespace tagcal::tools

@@ -1,4 +1,4 @@
-#include "job/piped_video.hpp"
+#include "job/picture_files.hpp"
 
 #include <fmt/format.h>
 #include <unistd.h>

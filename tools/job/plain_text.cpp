@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "job/number_argument.hpp"
 #include "tagcal/io/text_file.hpp"
 
 namespace tagcal::tools {

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <charconv>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -22,5 +24,15 @@ std::string one_line_text(std::string_view text);
 
 // The same for the content of an element of XML, or of an attribute in double quotes.
 std::string xml_text(std::string_view text);
+
+// The number that is all of a text, in the C locale, without blanks or a plus sign; "nan" and "inf"
+// are numbers.
+template <typename T>
+std::optional<T> number_of(std::string_view text) {
+  T value{};
+  const char* const end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, value);
+  return error == std::errc() && stop == end ? std::optional(value) : std::nullopt;
+}
 
 }  // namespace tagcal::tools

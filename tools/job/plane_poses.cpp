@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
+#include "job/camera_input.hpp"
 #include "job/find_corners.hpp"
-#include "job/lens_input.hpp"
 #include "job/progress.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/pose.hpp"

@@ -9,7 +9,7 @@
 #include <set>
 #include <string_view>
 
-#include "job/number_argument.hpp"
+#include "job/plain_text.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/text_file.hpp"
 

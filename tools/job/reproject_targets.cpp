@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "job/camera_input.hpp"
-#include "job/number_argument.hpp"
+#include "job/plain_text.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/geometry/transform.hpp"
 #include "tagcal/internal/degrees.hpp"

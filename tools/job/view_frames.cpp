@@ -1,4 +1,4 @@
-#include "job/view_frames.hpp"
+#include "job/view_report.hpp"
 
 #include <fmt/format.h>
 

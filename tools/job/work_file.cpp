@@ -1,4 +1,4 @@
-#include "job/work_file.hpp"
+#include "job/output_folder.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>

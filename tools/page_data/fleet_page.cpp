@@ -7,7 +7,7 @@
 
 #include "job/terminal.hpp"
 #include "page_data/page_parts.hpp"
-#include "report/fleet_report.hpp"
+#include "report/fleet.hpp"
 #include "tagcal/internal/spread_indices.hpp"
 
 namespace tagcal::tools {

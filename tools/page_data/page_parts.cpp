@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <string_view>
 
-#include "draw/uncertainty_picture.hpp"
+#include "draw/heat_map.hpp"
 #include "job/command_line.hpp"
 #include "job/shown_parameters.hpp"
 #include "job/terminal.hpp"

@@ -9,7 +9,7 @@
 #include "job/input.hpp"
 #include "page_data/json_values.hpp"
 #include "page_data/page_content.hpp"
-#include "report/fleet_judgement.hpp"
+#include "report/fleet.hpp"
 #include "report/handeye_report.hpp"
 #include "tagcal/estimate/rig_types.hpp"
 #include "tagcal/io/types.hpp"

@@ -8,10 +8,9 @@
 #include <string_view>
 #include <vector>
 
-#include "draw/uncertainty_picture.hpp"
+#include "draw/heat_map.hpp"
 #include "job/shown_parameters.hpp"
 #include "job/terminal.hpp"
-#include "report/dropped_corners.hpp"
 #include "report/findings.hpp"
 #include "tagcal/estimate/findings.hpp"
 

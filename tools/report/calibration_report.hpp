@@ -2,8 +2,10 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "job/calibration_job.hpp"
+#include "tagcal/estimate/calibrate.hpp"
 
 namespace tagcal::tools {
 
@@ -39,5 +41,9 @@ struct SummaryOptions {
 // Returns the report for a person: the verdict, what is wrong and what to do, the camera, how good
 // it is, the worst pictures.
 std::string calibration_summary(const CalibrationAnswer& answer, const SummaryOptions& options);
+
+// Text about the rejected corners: one line per view, with whole views and whole tags summed up and
+// single corners with their residuals. The worst views come first; at most twenty lines.
+std::string dropped_corners_text(const Calibration& calibration, bool verbose);
 
 }  // namespace tagcal::tools

@@ -1,4 +1,4 @@
-#include "report/dropped_corners.hpp"
+#include "report/calibration_report.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "report/fleet_judgement.hpp"
+#include "report/fleet.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -11,7 +11,6 @@
 #include <tuple>
 #include <utility>
 
-#include "report/fleet_drift.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/internal/parallel.hpp"

@@ -1,4 +1,4 @@
-#include "report/fleet_row.hpp"
+#include "report/fleet.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

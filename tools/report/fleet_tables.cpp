@@ -5,7 +5,7 @@
 
 #include "job/plain_text.hpp"
 #include "report/findings.hpp"
-#include "report/fleet_report.hpp"
+#include "report/fleet.hpp"
 #include "report/json_parts.hpp"
 #include "tagcal/io/text_file.hpp"
 

@@ -1,4 +1,4 @@
-#include "report/fleet_units.hpp"
+#include "report/fleet.hpp"
 
 #include <fmt/format.h>
 

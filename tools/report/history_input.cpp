@@ -8,7 +8,7 @@
 
 #include "job/camera_input.hpp"
 #include "job/point_table.hpp"
-#include "report/fleet_units.hpp"
+#include "report/fleet.hpp"
 #include "report/history_report.hpp"
 #include "report/lens_comparison.hpp"
 #include "tagcal/error.hpp"

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "draw/uncertainty_picture.hpp"
-#include "job/lens_input.hpp"
+#include "draw/heat_map.hpp"
+#include "job/camera_input.hpp"
 #include "job/terminal.hpp"
 #include "tagcal/error.hpp"
 

@@ -1,4 +1,4 @@
-#include "report/pose_files.hpp"
+#include "report/pose_report.hpp"
 
 #include <fmt/format.h>
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tagcal/detect/types.hpp"
+#include "tagcal/estimate/handeye.hpp"
 #include "tagcal/estimate/pose.hpp"
 #include "tagcal/scene/board.hpp"
 
@@ -46,5 +47,27 @@ std::string pose_json(const std::vector<PoseReport>& views);
 // Returns the report for a person: for each view the verdict, warnings, where the camera is,
 // rejected corners; `verbose`: also the rotation and the noise.
 std::string pose_text(const std::vector<PoseReport>& views, bool verbose);
+
+// The poses of views as files (docs/tasks/pose.md).
+
+struct PosesAsked {
+  bool has_camera = false;   // all views are of one known camera
+  bool are_of_tags = false;  // a picture has several
+};
+
+// Throws Error if the ending of `out` is none of .csv, .json, .tum and .mcap, if its format cannot
+// hold such poses, and as check_text_writable.
+void check_pose_file(const std::string& out, const PosesAsked& asked);
+
+// Writes the poses, and says so. A table has a line for each view, two for an ambiguous one, with
+// the camera in the target's frame, and empty fields of a view without an answer. Paths (.tum,
+// .mcap) have the likelier pose of an ambiguous view. `camera`: a camera's file, or "".
+void write_poses(const std::string& out, const std::string& camera,
+                 const std::vector<PoseReport>& views);
+
+// The poses of a file that `tagcal pose --json` wrote (docs/tasks/pose.md), without those of the
+// robot: views without an answer have none, ambiguous ones two. Throws Error, with the key: another
+// file, a pose without a covariance.
+std::vector<HandeyeView> read_pose_file(const std::string& file);
 
 }  // namespace tagcal::tools

@@ -1,4 +1,4 @@
-#include "report/poses_input.hpp"
+#include "report/pose_report.hpp"
 
 #include "tagcal/io/yaml/yaml_parts.hpp"
 

@@ -1,6 +1,6 @@
 #include <Eigen/Geometry>
 
-#include "report/view_steps.hpp"
+#include "report/view_text.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/viewing/clip.hpp"
 #include "tagcal/viewing/projection.hpp"

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "job/view_frames.hpp"
-#include "report/view_steps.hpp"
+#include "job/view_report.hpp"
+#include "report/view_text.hpp"
 #include "tagcal/geometry/transform.hpp"
 #include "tagcal/geometry/viewpoint.hpp"
 #include "tagcal/viewing/projection.hpp"

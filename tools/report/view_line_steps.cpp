@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <bitset>
 
-#include "report/view_steps.hpp"
+#include "report/view_text.hpp"
 #include "tagcal/viewing/clip.hpp"
 
 namespace tagcal::tools {

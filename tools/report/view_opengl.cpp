@@ -4,7 +4,6 @@
 #include <string_view>
 
 #include "job/plain_text.hpp"
-#include "report/view_steps.hpp"
 #include "report/view_text.hpp"
 #include "tagcal/viewing/viewport.hpp"
 

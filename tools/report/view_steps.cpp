@@ -1,4 +1,4 @@
-#include "report/view_steps.hpp"
+#include "report/view_text.hpp"
 
 #include <fmt/format.h>
 

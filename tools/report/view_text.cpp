@@ -6,7 +6,6 @@
 
 #include "job/plain_text.hpp"
 #include "job/view_values.hpp"
-#include "report/view_steps.hpp"
 #include "tagcal/viewing/clip.hpp"
 #include "tagcal/viewing/projection.hpp"
 #include "tagcal/viewing/viewport.hpp"

@@ -5,12 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "draw/paint.hpp"
+#include "draw/canvas.hpp"
 #include "job/arguments.hpp"
 #include "job/messages.hpp"
 #include "job/output_folder.hpp"
 #include "job/progress.hpp"
-#include "studies/machine.hpp"
 #include "studies/studies.hpp"
 #include "study/chart/chart.hpp"
 #include "study/chart/chart_file.hpp"

@@ -1,4 +1,4 @@
-#include "corner_methods.hpp"
+#include "checker_pictures.hpp"
 
 #include <algorithm>
 #include <limits>

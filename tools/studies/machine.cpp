@@ -1,4 +1,4 @@
-#include "studies/machine.hpp"
+#include "studies/studies.hpp"
 
 #include <ctime>
 #include <fstream>

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "job/command.hpp"
 #include "study/harness/study.hpp"
 
@@ -31,6 +34,9 @@ study::Study tracking_study();
 study::Study visibility_study();
 
 namespace tools {
+
+// How a chart or a map was made: the command, the versions, the processor and the day.
+std::vector<std::string> origin_of(const std::string& command);
 
 Command add_chart(CLI::App& app);
 Command add_stability(CLI::App& app);

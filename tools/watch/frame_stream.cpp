@@ -1,4 +1,4 @@
-#include "watch/frame_stream.hpp"
+#include "watch/live_frames.hpp"
 
 #include <fmt/format.h>
 
@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <sstream>
 
-#include "job/number_argument.hpp"
-#include "job/piped_video.hpp"
+#include "job/picture_files.hpp"
+#include "job/plain_text.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/image_file.hpp"
 

@@ -3,17 +3,41 @@
 #include <atomic>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <thread>
 
 #include "job/frame_motion.hpp"
 #include "job/interruption.hpp"
-#include "watch/frame_stream.hpp"
+#include "tagcal/scene/image.hpp"
 
 namespace tagcal::tools {
 
-// The frames of a camera's live video on stdin (frame_stream.hpp), as files of a folder that
+struct StreamFrame {
+  Image8 image;      // 0x0: damaged
+  std::string jpeg;  // its bytes; empty if the stream is not compressed
+};
+
+// Cuts a video that comes in parts into its frames.
+class FrameStream {
+ public:
+  virtual ~FrameStream() = default;
+  void add(std::string_view part) { bytes_ += part; }
+  // The next whole frame; at the end of the video also the last one of MJPEG, of which no further
+  // frame tells that it is whole. Throws Error: another stream, a frame beyond the limits.
+  virtual std::optional<StreamFrame> next(bool at_end) = 0;
+
+ protected:
+  std::string bytes_;  // that were not yet taken
+};
+
+// MJPEG or YUV4MPEG2 (.y4m, 8 bits), as the first bytes say; null if they are too few. Throws Error
+// for others.
+std::unique_ptr<FrameStream> frame_stream(std::string_view beginning);
+
+// The frames of a camera's live video on stdin (frame_stream), as files of a folder that
 // `tagcal watch` follows: one each time that the picture moved and came to rest, so that a frame is
 // a new look at the board, and sharp. Named by their number in the video: "000123.jpg" with the
 // bytes of a JPEG, "000123.png" with the grey of a frame that was not compressed.

@@ -1,4 +1,4 @@
-#include "watch/no_board.hpp"
+#include "watch/watched_pictures.hpp"
 
 #include <fmt/format.h>
 

@@ -10,7 +10,6 @@
 #include "tagcal/detect/explain.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/image_file.hpp"
-#include "watch/no_board.hpp"
 
 namespace tagcal::tools {
 namespace {

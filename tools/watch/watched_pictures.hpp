@@ -12,6 +12,7 @@
 #include "job/corner_cache.hpp"
 #include "tagcal/detect/detector.hpp"
 #include "tagcal/scene/dataset.hpp"
+#include "tagcal/scene/image.hpp"
 
 namespace tagcal::tools {
 
@@ -105,5 +106,8 @@ class WatchedPictures {
   int revision_ = 0;
   std::set<std::string> general_;  // warnings about no picture alone
 };
+
+// Why a picture shows no board, in a few words. Costs about ten times as much as detection.
+std::string why_no_board(const ImageView8& image, const std::vector<PlacedBoard>& boards);
 
 }  // namespace tagcal::tools

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <set>
 
-#include "picture_kinds.hpp"
+#include "draw.hpp"
 #include "tagcal/error.hpp"
 
 namespace tagcal {

@@ -63,7 +63,7 @@ struct Defects {
   bool uneven_light = false;
   bool outliers = false;    // some corners are grossly wrong
   bool covariances = true;  // each corner has a covariance
-  bool camera = false;      // the camera changes its pictures (picture_kinds.hpp)
+  bool camera = false;      // the camera changes its pictures (picture_kinds)
 
   bool of_board() const { return !bend.isZero(0) || twist != 0 || aspect != 0 || skew != 0; }
 };

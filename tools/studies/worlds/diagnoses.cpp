@@ -2,7 +2,7 @@
 #include <map>
 #include <set>
 
-#include "diagnoses.hpp"
+#include "summary.hpp"
 #include "tagcal/estimate/findings.hpp"
 
 namespace tagcal {

@@ -5,7 +5,6 @@
 #include <numbers>
 #include <optional>
 
-#include "picture_kinds.hpp"
 #include "tagcal/internal/degrees.hpp"
 #include "tagcal/scene/viewing.hpp"
 

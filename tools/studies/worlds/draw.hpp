@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
+#include <vector>
 
 #include "defects.hpp"
 #include "tagcal/random.hpp"
@@ -46,5 +48,17 @@ DrawnCamera draw_camera(Random& random);
 
 // Convex polygons beside and behind the board that hide no part of its paper in any view.
 std::vector<Occluder> draw_occluders(const Scene& scene, Random& random);
+
+// What cameras do to their pictures in worlds with the defect `camera`: one kind a world.
+std::vector<std::string> picture_kinds();
+
+// Changes the scene's sensor, or its print, to pictures of the kind, or of one that is drawn
+// uniformly from those that suit the lens if `kind` is empty. Returns the kind, "" if it does not
+// suit the lens. Precondition: the scene has explicit poses and one AprilGrid.
+std::string draw_pictures(const std::string& kind, Scene& scene, Random& random);
+
+// A scene with explicit poses, of grids or tags, as a file for `tagcal render`
+// (docs/reference/formats.md). Read back, it is the same to the last bit.
+std::string scene_text(const Scene& scene);
 
 }  // namespace tagcal

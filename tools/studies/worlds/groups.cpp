@@ -1,12 +1,11 @@
-#include "groups.hpp"
+#include "summary.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "picture_kinds.hpp"
-#include "totals.hpp"
+#include "draw.hpp"
 
 namespace tagcal {
 namespace {

@@ -1,6 +1,5 @@
 #include "judge.hpp"
 
-#include "judge_lens.hpp"
 #include "study/processor_time.hpp"
 
 namespace tagcal {

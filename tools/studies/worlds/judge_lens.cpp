@@ -1,4 +1,4 @@
-#include "judge_lens.hpp"
+#include "judge.hpp"
 
 #include <algorithm>
 #include <cmath>

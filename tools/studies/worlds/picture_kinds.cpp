@@ -1,4 +1,4 @@
-#include "picture_kinds.hpp"
+#include "draw.hpp"
 
 #include <algorithm>
 #include <cmath>

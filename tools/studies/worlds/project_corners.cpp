@@ -2,7 +2,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "measure.hpp"
+#include "judge.hpp"
 
 namespace tagcal {
 namespace {

@@ -1,7 +1,7 @@
 #include <cmath>
 #include <map>
 
-#include "measure.hpp"
+#include "judge.hpp"
 #include "study/processor_time.hpp"
 #include "study/quantile.hpp"
 #include "tagcal/detect/detector.hpp"

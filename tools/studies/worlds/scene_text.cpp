@@ -1,4 +1,4 @@
-#include "scene_text.hpp"
+#include "draw.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

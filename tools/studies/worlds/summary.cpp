@@ -6,10 +6,6 @@
 #include <functional>
 #include <map>
 
-#include "diagnoses.hpp"
-#include "groups.hpp"
-#include "totals.hpp"
-
 namespace tagcal {
 namespace {
 

@@ -1,4 +1,4 @@
-#include "totals.hpp"
+#include "summary.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -7,7 +7,6 @@
 #include <array>
 #include <cmath>
 
-#include "diagnoses.hpp"
 #include "tagcal/error.hpp"
 
 namespace tagcal {
