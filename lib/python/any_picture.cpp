@@ -1,4 +1,4 @@
-#include "python/any_picture.hpp"
+#include "python/reproject.hpp"
 
 #include <algorithm>
 

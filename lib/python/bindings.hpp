@@ -17,7 +17,7 @@ void bind_detect(pybind11::module_& m);
 void bind_pose(pybind11::module_& m);
 void bind_calibrate(pybind11::module_& m);
 void bind_rig(pybind11::module_& m);
-void bind_check(pybind11::module_& m);   // after rig
+void bind_check(pybind11::module_& m);  // after rig
 void bind_handeye(pybind11::module_& m);
 void bind_stereo(pybind11::module_& m);  // after rig and reproject
 void bind_uncertainty(pybind11::module_& m);
@@ -25,5 +25,9 @@ void bind_reproject(pybind11::module_& m);
 void bind_files(pybind11::module_& m);
 void bind_validate(pybind11::module_& m);
 void bind_fleet(pybind11::module_& m);  // after calibrate
+
+// Makes the TypeError of a call whose arguments fit no signature one line that names the argument
+// (tagcal/_calls.py), for all functions, constructors and methods of the module.
+void explain_wrong_calls(const pybind11::module_& m);
 
 }  // namespace tagcal::python

@@ -1,4 +1,4 @@
-#include "python/board_constructors.hpp"
+#include "python/boards.hpp"
 
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
@@ -10,7 +10,6 @@
 #include <variant>
 
 #include "python/arrays.hpp"
-#include "python/boards.hpp"
 #include "python/geometry.hpp"
 #include "python/records.hpp"
 #include "tagcal/detect/families.hpp"

@@ -11,7 +11,6 @@
 
 #include "python/arrays.hpp"
 #include "python/bindings.hpp"
-#include "python/board_constructors.hpp"
 #include "python/geometry.hpp"
 #include "python/records.hpp"
 #include "tagcal/detect/families.hpp"

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "python/arrays.hpp"
+#include "tagcal/scene/board.hpp"
 #include "tagcal/scene/dataset.hpp"
 
 namespace tagcal::python {
@@ -25,5 +26,19 @@ void bind_view(py::module_& m);
 
 // Adds the keys of a substrate without those that have their defaults, as in files of targets.
 void add_substrate(const Substrate& substrate, py::dict& fields);
+
+// Board.grid, Board.checkerboard, ..: each kind of target by name.
+void define_board_constructors(pybind11::class_<Board>& board);
+
+// The kind of a board by the name of its constructor: "grid", "checkerboard", "charuco", "tags" or
+// "points".
+std::string board_kind(const Board& board);
+
+// One line on a board, for people.
+std::string board_text(const Board& board);
+
+// The kind and the arguments of its constructor, as plain values; and the way back.
+pybind11::dict board_to_dict(const Board& board);
+Board board_from_dict(const pybind11::dict& fields);
 
 }  // namespace tagcal::python

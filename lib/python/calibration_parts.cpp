@@ -4,8 +4,8 @@
 
 #include "python/arrays.hpp"
 #include "python/calibration.hpp"
+#include "python/findings.hpp"
 #include "python/records.hpp"
-#include "python/sentences.hpp"
 
 // Binds the parts of a Calibration.
 

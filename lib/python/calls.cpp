@@ -1,4 +1,4 @@
-#include "python/calls.hpp"
+#include "python/bindings.hpp"
 
 #include <string>
 

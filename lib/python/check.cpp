@@ -2,8 +2,8 @@
 #include <pybind11/stl.h>
 
 #include "python/bindings.hpp"
+#include "python/dataset.hpp"
 #include "python/records.hpp"
-#include "python/rig_dataset.hpp"
 #include "python/uncertain_camera.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/check_camera.hpp"
@@ -31,8 +31,8 @@ CameraCheck check_dataset(const Dataset& dataset, const CameraLike& camera, doub
 }
 
 CameraCheck check_datasets(const std::vector<Dataset>& datasets, const KnownRig& rig,
-                           const std::string& pair, const Times& times_s, double tolerance_s,
-                           double limit_px, int threads) {
+                           const std::string& pair, const TimesByCamera& times_s,
+                           double tolerance_s, double limit_px, int threads) {
   const CheckOptions options = check_options(limit_px, threads);
   if (datasets.size() != rig.cameras.size())
     throw Error("datasets: must have " + std::to_string(rig.cameras.size()) +

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "python/arrays.hpp"
 #include "tagcal/scene/dataset.hpp"
+#include "tagcal/scene/rig.hpp"
 
 namespace tagcal::python {
 
@@ -12,5 +14,13 @@ namespace tagcal::python {
 // and one of pixels; or points (N, 3) that all views show. `images`: names, or none. Throws Error.
 Dataset dataset_from_points(const ArrayLike& object_points, const ArrayLike& image_points,
                             const ArrayLike& size, const std::vector<std::string>& images);
+
+using Names = std::optional<std::vector<std::string>>;
+using TimesByCamera = std::optional<std::vector<std::vector<double>>>;
+
+// The cameras of a rig, named cam0, cam1, .. without names, and their instants: `pair` is "name",
+// "index" or "time". Throws Error.
+RigDataset rig_dataset(const std::vector<Dataset>& datasets, const Names& names,
+                       const std::string& pair, const TimesByCamera& times_s, double tolerance_s);
 
 }  // namespace tagcal::python

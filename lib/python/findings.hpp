@@ -1,6 +1,8 @@
 #pragma once
 
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "python/records.hpp"
 #include "tagcal/error.hpp"
@@ -34,5 +36,11 @@ void define_file_answer(Record<T>& record, const Yaml& yaml, const char* doc, co
 // The options of the poses of views, checked. Throws Error.
 PoseOptions pose_options(double sigma_px, bool reject_outliers, int max_iterations,
                          std::uint64_t seed);
+
+// A sentence of the library as a user of Python needs it: options of the command ("--model auto")
+// become arguments ("model=\"auto\""). Those of a whole command ("tagcal convert FILE --to ..") and
+// unknown ones stay.
+std::string in_python(std::string_view sentence);
+std::vector<std::string> in_python(const std::vector<std::string>& sentences);
 
 }  // namespace tagcal::python

@@ -4,8 +4,7 @@
 #include <string>
 
 #include "python/bindings.hpp"
-#include "python/calls.hpp"
-#include "python/sentences.hpp"
+#include "python/findings.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/version.hpp"
 

@@ -14,7 +14,6 @@
 #include "python/findings.hpp"
 #include "python/geometry.hpp"
 #include "python/records.hpp"
-#include "python/sentences.hpp"
 #include "python/uncertain_camera.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/internal/parallel.hpp"

@@ -7,5 +7,6 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
+
 #include <Eigen/Core>
 #include <Eigen/Geometry>

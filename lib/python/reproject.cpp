@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 
-#include "python/any_picture.hpp"
 #include "python/bindings.hpp"
 #include "python/geometry.hpp"
 #include "python/records.hpp"

@@ -4,7 +4,6 @@
 
 #include <cmath>
 
-#include "python/any_picture.hpp"
 #include "python/camera.hpp"
 #include "python/records.hpp"
 #include "python/reproject.hpp"

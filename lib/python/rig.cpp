@@ -10,10 +10,10 @@
 #include "python/bindings.hpp"
 #include "python/boards.hpp"
 #include "python/calibration.hpp"
+#include "python/dataset.hpp"
 #include "python/findings.hpp"
 #include "python/geometry.hpp"
 #include "python/records.hpp"
-#include "python/rig_dataset.hpp"
 #include "python/uncertain_camera.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/calibrate_rig.hpp"
@@ -46,9 +46,10 @@ void check_count(const std::optional<List>& list, std::size_t count, const std::
 }
 
 RigCalibration calibrate_datasets(const std::vector<Dataset>& datasets, const std::string& model,
-                                  const Names& names, const std::string& pair, const Times& times_s,
-                                  double tolerance_s, const Known& cameras, int reference,
-                                  bool find_clocks, bool find_readouts, int threads) {
+                                  const Names& names, const std::string& pair,
+                                  const TimesByCamera& times_s, double tolerance_s,
+                                  const Known& cameras, int reference, bool find_clocks,
+                                  bool find_readouts, int threads) {
   check_count(cameras, datasets.size(), "cameras");
   if (reference < 0) throw Error("reference: must be >= 0, got " + std::to_string(reference));
   check_threads(threads);
@@ -268,7 +269,7 @@ void define_rig_poses(py::module_& m) {
 }  // namespace
 
 RigDataset rig_dataset(const std::vector<Dataset>& datasets, const Names& names,
-                       const std::string& pair, const Times& times_s, double tolerance_s) {
+                       const std::string& pair, const TimesByCamera& times_s, double tolerance_s) {
   const std::size_t n = datasets.size();
   check_count(names, n, "names");
   check_count(times_s, n, "times_s");

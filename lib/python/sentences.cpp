@@ -1,4 +1,4 @@
-#include "python/sentences.hpp"
+#include "python/findings.hpp"
 
 #include <algorithm>
 #include <array>

@@ -8,7 +8,7 @@
 
 #include "study/chart/chart.hpp"
 #include "study/chart/pose_methods.hpp"
-#include "study/peers/aruco_peer.hpp"
+#include "study/peers/tag_peers.hpp"
 #include "study/tasks/calibration_tasks.hpp"
 #include "study/tasks/pose_error.hpp"
 #include "study/tasks/pose_tasks.hpp"

@@ -8,11 +8,8 @@
 #include <tuple>
 
 #include "expect.hpp"
-#include "study/chart/chart_file.hpp"
-#include "study/chart/chart_plot.hpp"
+#include "study/chart/chart_report.hpp"
 #include "study/chart/chart_study.hpp"
-#include "study/chart/chart_table.hpp"
-#include "study/chart/pareto.hpp"
 
 namespace tagcal {
 using namespace study;

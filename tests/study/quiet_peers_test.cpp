@@ -4,8 +4,7 @@
 
 #include <cstdio>
 
-#include "study/peers/apriltag_pose.hpp"
-#include "study/peers/ceres_peer.hpp"
+#include "study/peers/pose_peers.hpp"
 #include "study/peers/quiet_stderr.hpp"
 #include "study/tasks/pose_tasks.hpp"
 

@@ -8,7 +8,6 @@
 
 #include "expect.hpp"
 #include "study/atlas/atlas_page.hpp"
-#include "study/atlas/atlas_plot.hpp"
 #include "study/atlas/stability_file.hpp"
 #include "study/atlas/stability_judge.hpp"
 #include "study/tasks/pose_tasks.hpp"

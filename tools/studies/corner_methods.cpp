@@ -5,7 +5,7 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "study/peers/aruco_peer.hpp"
+#include "study/peers/tag_peers.hpp"
 #include "study/processor_time.hpp"
 #include "tagcal/detect/detector.hpp"
 

@@ -10,7 +10,7 @@
 #include "checker_pictures.hpp"
 #include "rendered_near_grid.hpp"
 #include "studies/studies.hpp"
-#include "study/peers/aruco_peer.hpp"
+#include "study/peers/tag_peers.hpp"
 #include "study/processor_time.hpp"
 
 namespace tagcal {

@@ -13,7 +13,6 @@
 #include "job/progress.hpp"
 #include "studies/studies.hpp"
 #include "study/atlas/atlas_page.hpp"
-#include "study/atlas/atlas_plot.hpp"
 #include "study/atlas/stability.hpp"
 #include "study/atlas/stability_file.hpp"
 #include "tagcal/error.hpp"

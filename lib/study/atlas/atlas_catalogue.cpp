@@ -1,4 +1,4 @@
-#include "study/atlas/atlas_catalogue.hpp"
+#include "study/atlas/atlas_page.hpp"
 
 #include <fmt/format.h>
 

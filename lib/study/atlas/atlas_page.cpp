@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "study/atlas/atlas_catalogue.hpp"
-
 namespace tagcal::study {
 namespace {
 

@@ -1,4 +1,4 @@
-#include "study/atlas/atlas_plot.hpp"
+#include "study/atlas/atlas_page.hpp"
 
 #include <fmt/format.h>
 

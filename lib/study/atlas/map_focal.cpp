@@ -2,7 +2,7 @@
 
 #include "study/atlas/map_pose.hpp"
 #include "study/chart/pose_methods.hpp"
-#include "study/peers/opencv_pose.hpp"
+#include "study/peers/pose_peers.hpp"
 #include "study/tasks/pose_tasks.hpp"
 
 namespace tagcal::study {

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "study/atlas/map_pose.hpp"
-#include "study/peers/opencv_pose.hpp"
+#include "study/peers/pose_peers.hpp"
 #include "study/tasks/pose_tasks.hpp"
 
 namespace tagcal::study {

@@ -1,7 +1,7 @@
 // The map of poses over the unit of length and the distance from the origin.
 
 #include "study/atlas/map_pose.hpp"
-#include "study/peers/opencv_pose.hpp"
+#include "study/peers/pose_peers.hpp"
 #include "study/tasks/pose_tasks.hpp"
 
 namespace tagcal::study {

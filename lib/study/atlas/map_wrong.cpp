@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "study/atlas/map_pose.hpp"
-#include "study/peers/opencv_pose.hpp"
+#include "study/peers/pose_peers.hpp"
 #include "study/tasks/pose_tasks.hpp"
 
 namespace tagcal::study {

@@ -1,7 +1,7 @@
 #include <opencv2/calib3d.hpp>
 
-#include "study/peers/ceres_peer.hpp"
 #include "study/peers/opencv_views.hpp"
+#include "study/peers/pose_peers.hpp"
 #include "study/tasks/calibration_tasks.hpp"
 #include "tagcal/estimate/calibrate.hpp"
 

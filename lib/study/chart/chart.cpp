@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "study/peers/mrcal_peer.hpp"
-#include "study/peers/opengv_peer.hpp"
+#include "study/peers/pose_peers.hpp"
 #include "study/quantile.hpp"
 
 namespace tagcal::study {

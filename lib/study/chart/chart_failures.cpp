@@ -1,4 +1,4 @@
-#include "study/chart/chart_failures.hpp"
+#include "study/chart/chart_report.hpp"
 
 #include <fmt/format.h>
 

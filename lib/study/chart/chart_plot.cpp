@@ -1,4 +1,4 @@
-#include "study/chart/chart_plot.hpp"
+#include "study/chart/chart_report.hpp"
 
 #include <fmt/format.h>
 
@@ -7,8 +7,6 @@
 #include <cstdlib>
 #include <limits>
 
-#include "study/chart/chart_failures.hpp"
-#include "study/chart/pareto.hpp"
 #include "study/plot/drawing.hpp"
 
 namespace tagcal::study {

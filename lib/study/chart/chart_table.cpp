@@ -1,11 +1,9 @@
-#include "study/chart/chart_table.hpp"
+#include "study/chart/chart_report.hpp"
 
 #include <fmt/format.h>
 
 #include <cmath>
 #include <map>
-
-#include "study/chart/pareto.hpp"
 
 namespace tagcal::study {
 namespace {

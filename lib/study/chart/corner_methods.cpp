@@ -7,7 +7,7 @@
 #include <mutex>
 #include <opencv2/imgproc.hpp>
 
-#include "study/peers/apriltag_peer.hpp"
+#include "study/peers/tag_peers.hpp"
 #include "tagcal/detect/board_search/tag_search.hpp"
 
 namespace tagcal::study {

@@ -14,7 +14,7 @@
 #include "study/chart/circle_methods.hpp"
 #include "study/chart/corner_methods.hpp"
 #include "study/chart/picture_methods.hpp"
-#include "study/peers/aruco_peer.hpp"
+#include "study/peers/tag_peers.hpp"
 
 namespace tagcal::study {
 namespace {

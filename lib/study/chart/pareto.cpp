@@ -1,4 +1,4 @@
-#include "study/chart/pareto.hpp"
+#include "study/chart/chart_report.hpp"
 
 #include <algorithm>
 #include <cmath>

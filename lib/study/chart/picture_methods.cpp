@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "study/chart/corner_methods.hpp"
-#include "study/peers/aruco_peer.hpp"
+#include "study/peers/tag_peers.hpp"
 #include "tagcal/detect/board_search/board_patterns.hpp"
 #include "tagcal/io/image_file.hpp"
 

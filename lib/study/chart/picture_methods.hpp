@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "study/method.hpp"
-#include "study/peers/apriltag_peer.hpp"
+#include "study/peers/tag_peers.hpp"
 #include "study/tasks/board_view.hpp"
 #include "tagcal/random.hpp"
 

@@ -2,10 +2,7 @@
 
 #include <limits>
 
-#include "study/peers/apriltag_pose.hpp"
-#include "study/peers/ceres_peer.hpp"
-#include "study/peers/opencv_pose.hpp"
-#include "study/peers/opengv_peer.hpp"
+#include "study/peers/pose_peers.hpp"
 #include "tagcal/estimate/pose.hpp"
 #include "tagcal/solvers/n_point.hpp"
 #include "tagcal/solvers/p4pf.hpp"

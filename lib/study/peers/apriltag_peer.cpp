@@ -1,4 +1,4 @@
-#include "study/peers/apriltag_peer.hpp"
+#include "study/peers/tag_peers.hpp"
 
 namespace tagcal::study {
 using namespace internal;

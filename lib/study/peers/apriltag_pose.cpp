@@ -1,4 +1,4 @@
-#include "study/peers/apriltag_pose.hpp"
+#include "study/peers/pose_peers.hpp"
 
 #include <apriltag/apriltag.h>
 #include <apriltag/apriltag_pose.h>

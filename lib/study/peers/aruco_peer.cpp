@@ -1,4 +1,4 @@
-#include "study/peers/aruco_peer.hpp"
+#include "study/peers/tag_peers.hpp"
 
 #ifdef TAGCAL_HAS_ARUCO
 

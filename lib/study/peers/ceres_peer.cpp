@@ -1,4 +1,4 @@
-#include "study/peers/ceres_peer.hpp"
+#include "study/peers/pose_peers.hpp"
 
 #include <ceres/ceres.h>
 
@@ -6,7 +6,6 @@
 #include <array>
 #include <map>
 
-#include "study/peers/opencv_pose.hpp"
 #include "study/peers/opencv_views.hpp"
 #include "study/peers/quiet_stderr.hpp"
 

@@ -1,4 +1,4 @@
-#include "study/peers/opencv_pose.hpp"
+#include "study/peers/pose_peers.hpp"
 
 #include <map>
 #include <opencv2/calib3d.hpp>

@@ -1,4 +1,4 @@
-#include "study/peers/opengv_peer.hpp"
+#include "study/peers/pose_peers.hpp"
 
 #ifdef TAGCAL_HAS_OPENGV
 

@@ -8,9 +8,7 @@
 #include <set>
 
 #include "tagcal/error.hpp"
-#include "tagcal/io/formats/camera_folder.hpp"
-#include "tagcal/io/formats/colmap_binary.hpp"
-#include "tagcal/io/formats/colmap_format.hpp"
+#include "tagcal/io/formats/colmap.hpp"
 #include "tagcal/io/formats/format_table.hpp"
 #include "tagcal/io/text/limits.hpp"
 #include "tagcal/io/text/number_text.hpp"

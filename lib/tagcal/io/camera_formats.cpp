@@ -4,22 +4,11 @@
 #include "tagcal/camera/model.hpp"
 #include "tagcal/io/camera_file.hpp"
 #include "tagcal/io/dataset_file.hpp"
-#include "tagcal/io/formats/basalt_format.hpp"
-#include "tagcal/io/formats/camera_folder.hpp"
-#include "tagcal/io/formats/colmap_format.hpp"
-#include "tagcal/io/formats/colmap_rig_config.hpp"
-#include "tagcal/io/formats/euroc_format.hpp"
+#include "tagcal/io/formats/colmap.hpp"
 #include "tagcal/io/formats/format_table.hpp"
-#include "tagcal/io/formats/kalibr_format.hpp"
-#include "tagcal/io/formats/mcap_format.hpp"
-#include "tagcal/io/formats/mrcal_format.hpp"
-#include "tagcal/io/formats/nerfstudio_format.hpp"
+#include "tagcal/io/formats/formats.hpp"
 #include "tagcal/io/formats/opencv_format.hpp"
-#include "tagcal/io/formats/opencv_xml.hpp"
-#include "tagcal/io/formats/ros_text.hpp"
 #include "tagcal/io/formats/tagcal_format.hpp"
-#include "tagcal/io/formats/tum_format.hpp"
-#include "tagcal/io/formats/wpilib_format.hpp"
 #include "tagcal/io/text_file.hpp"
 
 namespace tagcal {
@@ -32,11 +21,6 @@ bool is_truth(const YamlValue& top) {
   const auto camera = top.find("camera");
   return camera && camera->is_map() && camera->find("model") && camera->find("image_width") &&
          !top.find("target") && !top.find("boards");
-}
-
-bool is_xml(std::string_view text) {
-  const std::size_t first = text.find_first_not_of(" \t\r\n");
-  return first != std::string_view::npos && text[first] == '<';
 }
 
 // Numbers of pinhole cameras that differ from view to view have no place in a camera.
@@ -73,9 +57,7 @@ CameraFile read_opencv_beside_extrinsics(const CameraText& file) {
   std::error_code error;
   if (!is_pair_without_place(*file.top) || !fs::is_regular_file(beside, error))
     return read_opencv(*file.top);
-  const std::string text = read_text(beside), name = beside.string();
-  return read_opencv(*file.top, is_xml(text) ? YamlValue::of(parse_opencv_xml(text, name), name)
-                                             : YamlValue::parse(text, name));
+  return read_opencv(*file.top, parse_storage(read_text(beside), beside.string()));
 }
 
 template <CameraFile (*Read)(const YamlValue&)>
@@ -142,16 +124,8 @@ constexpr FormatRow kRows[] = {
                 .each = "{}.yaml",
                 .rectified = true},
      .key = "distortion_model",
-     .readers = {{{.has_text = is_ros_ini,
-                   .read =
-                       [](const CameraText& file) {
-                         return read_ros_ini(file.text, file.path.string());
-                       }},
-                  {.has_text = is_ros_message,
-                   .read =
-                       [](const CameraText& file) {
-                         return read_ros_message(file.text, file.path.string());
-                       }}}},
+     .readers = {{{.has_text = is_ros_ini, .read = read_ros_ini},
+                  {.has_text = is_ros_message, .read = read_ros_message}}},
      .write = by_content<write_ros>},
     {.format = {.name = "colmap",
                 .program = "a folder with cameras.txt, images.txt, points3D.txt, and rigs.txt, "
@@ -164,11 +138,7 @@ constexpr FormatRow kRows[] = {
                 .file = "cameras.txt",
                 .ending = "cameras.txt"},
      .readers = {{{.has_text = is_colmap_cameras, .read = read_colmap_beside_images},
-                  {.has_text = is_rig_config,
-                   .read =
-                       [](const CameraText& file) {
-                         return read_rig_config(file.text, file.path.string());
-                       }}}},
+                  {.has_text = is_rig_config, .read = read_rig_config}}},
      .write =
          [](const CameraFile& file, const fs::path& out) {
            if (out.string().ends_with("rig_config.json")) return write_rig_config(file);
@@ -181,11 +151,7 @@ constexpr FormatRow kRows[] = {
                 .file = "camera.cameramodel",
                 .ending = ".cameramodel",
                 .each = "{}.cameramodel"},
-     .readers = {{{.has_text = is_mrcal_model,
-                   .read =
-                       [](const CameraText& file) {
-                         return read_mrcal(file.text, file.path.string());
-                       }}}},
+     .readers = {{{.has_text = is_mrcal_model, .read = read_mrcal}}},
      .write = by_content<write_mrcal>},
     {.format = {.name = "nerfstudio",
                 .program = "transforms.json, of instant-ngp too",
@@ -194,11 +160,7 @@ constexpr FormatRow kRows[] = {
                 .file = "transforms.json",
                 .ending = "transforms.json"},
      .key = "fl_x",
-     .readers = {{{.has_keys = has_nerfstudio_keys,
-                   .read =
-                       [](const CameraText& file) {
-                         return read_nerfstudio(*file.top, file.stated_size);
-                       }}}},
+     .readers = {{{.has_keys = has_nerfstudio_keys, .read = read_nerfstudio}}},
      .write = by_content<write_nerfstudio>,
      .any_unit = true},
     {.format = {.name = "basalt",
@@ -243,9 +205,7 @@ const FormatReader* reader_of(CameraText& file) {
   for (const FormatRow& row : format_rows())
     for (const FormatReader& reader : row.readers)
       if (reader.has_text && reader.has_text(file.text)) return &reader;
-  const std::string name = file.path.string();
-  file.top = is_xml(file.text) ? YamlValue::of(parse_opencv_xml(file.text, name), name)
-                               : YamlValue::parse(file.text, name);
+  file.top = parse_storage(file.text, file.path.string());
   for (const FormatRow& row : std::views::reverse(format_rows()))
     for (const FormatReader& reader : row.readers)
       if (reader.has_keys && reader.has_keys(*file.top)) return &reader;

@@ -10,8 +10,8 @@
 #include "tagcal/io/text/limits.hpp"
 #include "tagcal/io/text/number_text.hpp"
 #include "tagcal/io/text_file.hpp"
+#include "tagcal/io/yaml/yaml_boards.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
-#include "tagcal/io/yaml/yaml_placed_boards.hpp"
 
 namespace tagcal {
 using namespace internal;

@@ -7,15 +7,10 @@
 #include <numbers>
 
 #include "tagcal/error.hpp"
-#include "tagcal/io/scene/scene_camera.hpp"
-#include "tagcal/io/scene/scene_frames.hpp"
-#include "tagcal/io/scene/scene_light.hpp"
-#include "tagcal/io/scene/scene_path.hpp"
-#include "tagcal/io/scene/scene_rig.hpp"
-#include "tagcal/io/scene/scene_values.hpp"
+#include "tagcal/io/scene/scene_parts.hpp"
 #include "tagcal/io/text/limits.hpp"
+#include "tagcal/io/yaml/yaml_boards.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
-#include "tagcal/io/yaml/yaml_placed_boards.hpp"
 #include "tagcal/scene/visibility/polygon.hpp"
 
 namespace tagcal {

@@ -6,7 +6,6 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/io/sequence/frame_sequence.hpp"
-#include "tagcal/io/sequence/open_sequence.hpp"
 
 namespace tagcal {
 using namespace internal;

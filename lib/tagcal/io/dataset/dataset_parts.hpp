@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "tagcal/io/yaml/yaml_placed_boards.hpp"
+#include "tagcal/io/yaml/yaml_boards.hpp"
 #include "tagcal/io/yaml/yaml_reader.hpp"
 #include "tagcal/scene/dataset.hpp"
 

@@ -1,4 +1,4 @@
-#include "tagcal/io/formats/camera_folder.hpp"
+#include "tagcal/io/formats/format_table.hpp"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <map>
 
 #include "tagcal/error.hpp"
-#include "tagcal/io/formats/pair_rectification.hpp"
+#include "tagcal/io/formats/opencv_format.hpp"
 #include "tagcal/io/text/limits.hpp"
 #include "tagcal/io/text/number_text.hpp"
 #include "tagcal/io/text_file.hpp"

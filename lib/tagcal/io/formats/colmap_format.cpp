@@ -1,4 +1,4 @@
-#include "tagcal/io/formats/colmap_format.hpp"
+#include "tagcal/io/formats/colmap.hpp"
 
 #include <fmt/format.h>
 
@@ -9,9 +9,6 @@
 #include <set>
 
 #include "tagcal/error.hpp"
-#include "tagcal/io/formats/colmap_lens.hpp"
-#include "tagcal/io/formats/colmap_rig.hpp"
-#include "tagcal/io/formats/colmap_rig_config.hpp"
 #include "tagcal/io/formats/number_format.hpp"
 #include "tagcal/io/formats/text_lines.hpp"
 #include "tagcal/io/text/limits.hpp"

@@ -1,4 +1,4 @@
-#include "tagcal/io/formats/colmap_rig.hpp"
+#include "tagcal/io/formats/colmap.hpp"
 
 #include <fmt/format.h>
 

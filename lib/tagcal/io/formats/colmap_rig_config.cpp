@@ -1,9 +1,8 @@
-#include "tagcal/io/formats/colmap_rig_config.hpp"
+#include "tagcal/io/formats/colmap.hpp"
 
 #include <fmt/format.h>
 
 #include "tagcal/error.hpp"
-#include "tagcal/io/formats/colmap_lens.hpp"
 #include "tagcal/io/formats/number_format.hpp"
 #include "tagcal/io/text/limits.hpp"
 #include "tagcal/io/text/number_text.hpp"
@@ -74,9 +73,9 @@ bool is_rig_config(std::string_view text) {
          text.find("\"image_prefix\"") != std::string_view::npos;
 }
 
-CameraFile read_rig_config(const std::string& text, const std::string& name) {
+CameraFile read_rig_config(const CameraText& config) {
   // A file is a map elsewhere; this one is a list of rigs.
-  const YamlValue top = YamlValue::parse("{\"rigs\": " + text + "\n}", name);
+  const YamlValue top = YamlValue::parse("{\"rigs\": " + config.text + "\n}", config.path.string());
   CameraFile file;
   file.format = "colmap";
   const auto rigs = top.at("rigs").items(1, limits::kMaxRigCameras);

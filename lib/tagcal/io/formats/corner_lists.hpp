@@ -6,9 +6,16 @@
 
 #include "tagcal/scene/dataset.hpp"
 
-// Corners as other programs list them, in the order of corner_order.hpp.
-
 namespace tagcal::internal {
+
+// The corners of a board in the order of other programs' lists: those of a checkerboard row by row
+// from the upper left (ids go row by row from the lower left), those of a `points` target by id.
+// Throws Error, beginning with `where`, unless there is one board, of these two kinds.
+std::vector<CornerId> listed_corners(const std::vector<PlacedBoard>& boards,
+                                     const std::string& where);
+
+// Name of a view in a list that has none: view0000, ..
+std::string view_name(std::size_t index);
 
 // mrcal's corners.vnl: a legend `# filename x y level`, then as many lines per picture as the board
 // has corners; `-` for a corner that was not found, or one line of them for the picture.

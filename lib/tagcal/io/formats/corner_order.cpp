@@ -1,4 +1,4 @@
-#include "tagcal/io/formats/corner_order.hpp"
+#include "tagcal/io/formats/corner_lists.hpp"
 
 #include <fmt/format.h>
 

@@ -6,24 +6,15 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/io/formats/corner_lists.hpp"
-#include "tagcal/io/formats/corner_order.hpp"
 #include "tagcal/io/formats/number_format.hpp"
 #include "tagcal/io/formats/opencv_camera.hpp"
 #include "tagcal/io/formats/opencv_format.hpp"
-#include "tagcal/io/formats/opencv_xml.hpp"
 #include "tagcal/io/text/limits.hpp"
 #include "tagcal/io/text_file.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
 
 namespace tagcal::internal {
 namespace {
-
-YamlValue parsed(const std::string& text, const std::string& file) {
-  const std::size_t first = text.find_first_not_of(" \t\r\n");
-  if (first != std::string::npos && text[first] == '<')
-    return YamlValue::of(parse_opencv_xml(text, file), file);
-  return YamlValue::parse(text, file);
-}
 
 // The sample's board_width and board_height must be those of the target.
 void check_board(const YamlValue& top, const std::vector<PlacedBoard>& boards) {
@@ -140,7 +131,7 @@ std::vector<View> read_image_points(const std::string& text, const std::string& 
                                     const std::vector<PlacedBoard>& boards,
                                     std::vector<std::string>* notes) {
   const std::vector<CornerId> corners = listed_corners(boards, file);
-  const YamlValue top = parsed(text, file);
+  const YamlValue top = parse_storage(text, file);
   check_board(top, boards);
   const YamlValue value = top.at("image_points");
   const Eigen::MatrixXd points = read_matrix(value);

@@ -7,7 +7,6 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/io/formats/corner_lists.hpp"
-#include "tagcal/io/formats/corner_order.hpp"
 #include "tagcal/io/formats/text_lines.hpp"
 #include "tagcal/io/text/number_text.hpp"
 

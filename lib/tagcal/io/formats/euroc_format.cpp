@@ -1,9 +1,8 @@
-#include "tagcal/io/formats/euroc_format.hpp"
+#include "tagcal/io/formats/formats.hpp"
 
 #include <fmt/format.h>
 
 #include "tagcal/error.hpp"
-#include "tagcal/io/formats/kalibr_lens.hpp"
 #include "tagcal/io/formats/number_format.hpp"
 #include "tagcal/io/formats/opencv_camera.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"

@@ -1,4 +1,4 @@
-#include "tagcal/io/formats/kalibr_format.hpp"
+#include "tagcal/io/formats/formats.hpp"
 
 #include <fmt/format.h>
 
@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "tagcal/error.hpp"
-#include "tagcal/io/formats/kalibr_lens.hpp"
 #include "tagcal/io/formats/number_format.hpp"
 #include "tagcal/io/text/limits.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"

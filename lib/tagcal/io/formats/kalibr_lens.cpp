@@ -1,4 +1,4 @@
-#include "tagcal/io/formats/kalibr_lens.hpp"
+#include "tagcal/io/formats/formats.hpp"
 
 #include <fmt/format.h>
 

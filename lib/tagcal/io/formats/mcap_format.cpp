@@ -1,4 +1,4 @@
-#include "tagcal/io/formats/mcap_format.hpp"
+#include "tagcal/io/formats/formats.hpp"
 
 #include <fmt/format.h>
 
@@ -11,7 +11,6 @@
 #include "tagcal/error.hpp"
 #include "tagcal/io/formats/number_format.hpp"
 #include "tagcal/io/formats/opencv_format.hpp"
-#include "tagcal/io/formats/pose_times.hpp"
 #include "tagcal/io/text/number_text.hpp"
 
 namespace tagcal::internal {

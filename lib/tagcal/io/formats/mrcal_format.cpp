@@ -1,4 +1,4 @@
-#include "tagcal/io/formats/mrcal_format.hpp"
+#include "tagcal/io/formats/formats.hpp"
 
 #include <fmt/format.h>
 
@@ -119,8 +119,8 @@ bool is_mrcal_model(std::string_view text) {
   return false;
 }
 
-CameraFile read_mrcal(const std::string& text, const std::string& name) {
-  const YamlValue top = YamlValue::parse(as_yaml(text), name);
+CameraFile read_mrcal(const CameraText& model) {
+  const YamlValue top = YamlValue::parse(as_yaml(model.text), model.path.string());
   CameraFile file;
   file.format = "mrcal";
   const YamlValue size = top.at("imagersize");

@@ -1,4 +1,4 @@
-#include "tagcal/io/formats/nerfstudio_format.hpp"
+#include "tagcal/io/formats/formats.hpp"
 
 #include <fmt/format.h>
 
@@ -175,7 +175,9 @@ bool has_nerfstudio_keys(const YamlValue& top) {
   return !items.empty() && items[0].is_map() && items[0].find("transform_matrix");
 }
 
-CameraFile read_nerfstudio(const YamlValue& top, const ImageSize& stated) {
+CameraFile read_nerfstudio(const CameraText& transforms) {
+  const YamlValue& top = *transforms.top;
+  const ImageSize& stated = transforms.stated_size;
   CameraFile file;
   file.format = "nerfstudio";
   const LensKind* kind = lens_kind(top);

@@ -8,7 +8,7 @@
 #include "tagcal/io/types.hpp"
 #include "tagcal/io/yaml/yaml_reader.hpp"
 
-// One camera by OpenCV's keys.
+// One camera by OpenCV's keys and tagcal's own.
 
 namespace tagcal::internal {
 
@@ -35,5 +35,12 @@ OpencvKeys opencv_keys_of(const YamlValue& top);
 // Reads the camera; appends a sentence to `notes` for each number that it drops or changes.
 CalibrationFile read_opencv_camera(const YamlValue& top, const OpencvKeys& keys,
                                    std::vector<std::string>& notes);
+
+// Reads tagcal's own keys about the uncertainty of a camera that was read: sigmas, covariance,
+// claim, findings, the seen region. Files of other programs have none of them.
+void read_uncertainty(const YamlValue& top, CalibrationFile& file);
+
+// The findings of a file of tagcal.
+std::vector<Finding> read_findings(const YamlValue& top);
 
 }  // namespace tagcal::internal

@@ -8,9 +8,8 @@
 #include <set>
 
 #include "tagcal/error.hpp"
-#include "tagcal/io/formats/corner_order.hpp"
+#include "tagcal/io/formats/corner_lists.hpp"
 #include "tagcal/io/formats/opencv_camera.hpp"
-#include "tagcal/io/formats/uncertainty_keys.hpp"
 #include "tagcal/io/text/limits.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
 

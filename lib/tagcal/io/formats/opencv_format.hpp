@@ -1,13 +1,15 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <string_view>
 
 #include "tagcal/io/formats/lens_numbers.hpp"
+#include "tagcal/io/types.hpp"
 #include "tagcal/io/yaml/yaml_reader.hpp"
 
 // OpenCV's keys (camera_matrix, distortion_coefficients, ..), which files of tagcal and ROS have
-// too: YAML and JSON of cv::FileStorage, and its XML (opencv_xml.hpp).
+// too: YAML and JSON of cv::FileStorage, and its XML.
 
 namespace tagcal::internal {
 
@@ -47,5 +49,14 @@ struct CameraInfo {
 
 // Throws Error, with the format's name, for lenses that it lacks.
 CameraInfo camera_info(const FileCamera& camera, std::string_view format);
+
+// The keys of YAML, JSON or the XML of cv::FileStorage. `file` is its name in messages. Throws
+// Error.
+YamlValue parse_storage(const std::string& text, const std::string& file);
+
+// Sets the rectification of two placed cameras, as files of other programs have it beside the
+// cameras: rectified pictures have pixels of both cameras only (`alpha` 0, as ROS' calibrator).
+// Where the pair has none (rectify.hpp), a note says why.
+void set_rectification(CameraFile& file);
 
 }  // namespace tagcal::internal

@@ -1,4 +1,4 @@
-#include "tagcal/io/formats/opencv_xml.hpp"
+#include "tagcal/io/formats/opencv_format.hpp"
 
 #include <fmt/format.h>
 
@@ -71,9 +71,8 @@ std::string reason(const cv::Exception& error) {
   return shown(text.substr(0, text.find('\n')));
 }
 
-}  // namespace
-
-std::shared_ptr<const YamlNode> parse_opencv_xml(const std::string& text, const std::string& file) {
+// The tree of an XML file. Throws Error.
+std::shared_ptr<const YamlNode> parse_xml(const std::string& text, const std::string& file) {
   if (text.size() > limits::kMaxYamlBytes) throw Error(file + ": larger than 16 MiB");
   if (text.find('\0') != std::string::npos) throw Error(file + ": is not XML: binary data");
   check_elements(text, file);
@@ -85,6 +84,14 @@ std::shared_ptr<const YamlNode> parse_opencv_xml(const std::string& text, const 
   } catch (const cv::Exception& error) {
     throw Error(fmt::format("{}: is not OpenCV's XML: {}", file, reason(error)));
   }
+}
+
+}  // namespace
+
+YamlValue parse_storage(const std::string& text, const std::string& file) {
+  const std::size_t first = text.find_first_not_of(" \t\r\n");
+  const bool is_xml = first != std::string::npos && text[first] == '<';
+  return is_xml ? YamlValue::of(parse_xml(text, file), file) : YamlValue::parse(text, file);
 }
 
 }  // namespace tagcal::internal

@@ -1,4 +1,4 @@
-#include "tagcal/io/formats/pair_rectification.hpp"
+#include "tagcal/io/formats/opencv_format.hpp"
 
 #include "tagcal/error.hpp"
 #include "tagcal/reproject/rectify.hpp"

@@ -1,4 +1,4 @@
-#include "tagcal/io/formats/ros_text.hpp"
+#include "tagcal/io/formats/formats.hpp"
 
 #include <fmt/format.h>
 
@@ -65,8 +65,9 @@ bool is_ros_ini(std::string_view text) {
   return has_line(text, "[image]") && has_line(text, "camera matrix");
 }
 
-CameraFile read_ros_ini(const std::string& text, const std::string& file) {
-  TextLines lines(file, text);
+CameraFile read_ros_ini(const CameraText& ini) {
+  const std::string file = ini.path.string();
+  TextLines lines(file, ini.text);
   RosCamera camera;
   const auto next_numbers = [&](std::string_view what, std::vector<double>& numbers) {
     if (!lines.next()) lines.fail(fmt::format("{}: numbers must follow", what));
@@ -97,7 +98,8 @@ bool is_ros_message(std::string_view text) {
          (has_line(text, "d:") || has_line(text, "D:"));
 }
 
-CameraFile read_ros_message(const std::string& text, const std::string& file) {
+CameraFile read_ros_message(const CameraText& message) {
+  const std::string &text = message.text, file = message.path.string();
   const std::size_t begin = text.starts_with("---") ? text.find('\n') + 1 : 0;
   const std::size_t end = text.find("\n---", begin);
   const YamlValue top = YamlValue::parse(text.substr(begin, end - begin), file);

@@ -4,11 +4,10 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/rig_types.hpp"
-#include "tagcal/io/formats/corner_order.hpp"
+#include "tagcal/io/formats/corner_lists.hpp"
 #include "tagcal/io/formats/number_format.hpp"
 #include "tagcal/io/formats/opencv_camera.hpp"
 #include "tagcal/io/formats/opencv_format.hpp"
-#include "tagcal/io/formats/uncertainty_keys.hpp"
 #include "tagcal/io/text/limits.hpp"
 #include "tagcal/io/text/number_text.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"

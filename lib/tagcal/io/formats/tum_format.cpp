@@ -1,9 +1,8 @@
-#include "tagcal/io/formats/tum_format.hpp"
+#include "tagcal/io/formats/formats.hpp"
 
 #include <fmt/format.h>
 
 #include "tagcal/error.hpp"
-#include "tagcal/io/formats/pose_times.hpp"
 
 namespace tagcal::internal {
 

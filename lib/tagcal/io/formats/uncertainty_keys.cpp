@@ -1,11 +1,10 @@
-#include "tagcal/io/formats/uncertainty_keys.hpp"
+#include "tagcal/io/formats/opencv_camera.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "tagcal/io/formats/opencv_camera.hpp"
 #include "tagcal/io/text/number_text.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
 #include "tagcal/uncertainty/uncertain_camera.hpp"

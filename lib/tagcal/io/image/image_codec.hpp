@@ -11,6 +11,7 @@
 
 // Private to io: the picture formats behind one interface. All functions throw Error without the
 // file's name; image_file.cpp adds it.
+
 namespace tagcal::internal {
 
 // Throws Error for a side below 1 px and for more than 100 megapixels.
@@ -27,7 +28,7 @@ class ImageDecoder {
     int channels = 1;  // 1: grey; 3: red, green, blue
     bool sixteen_bit = false;
     int white = 255;      // the value of white, unless the values are 16-bit
-    int orientation = 1;  // Exif's, 1 to 8 (image_orientation.hpp)
+    int orientation = 1;  // Exif's, 1 to 8 (png_orientation)
   };
   // `row` has width * channels values.
   using RowSink = std::function<void(int y, const std::uint16_t* row)>;
@@ -77,5 +78,24 @@ std::string encode_tiff(const Image<T>& image);
 // 8-bit kinds only. From quality 90 on colour has the full resolution, below half of it.
 template <typename T>
 std::string encode_jpeg(const Image<T>& image, int quality);
+
+// Cameras store pictures in the orientation of the sensor, and the rotation that makes them upright
+// in the Exif tag Orientation. The tag's value, 1 to 8, from the bytes of a picture: of a PNG
+// (chunk eXIf), a JPEG (segment APP1) or a WebP (chunk EXIF). 1 (as stored) if it is missing or
+// unreadable.
+int png_orientation(std::string_view picture);
+int jpeg_orientation(std::string_view picture);
+int webp_orientation(std::string_view picture);
+
+inline bool swaps_sides(int orientation) { return orientation >= 5; }
+
+// The upright picture, as cv::imread returns it. `orientation`: 1 to 8. For each kind of Picture.
+template <typename T>
+Image<T> upright(Image<T> stored, int orientation);
+
+// Pictures of decoders, turned upright. Each takes what a decoder passes on, once.
+Image8 decode_grey8(ImageDecoder& decoder);            // as read_image
+Picture decode_picture(ImageDecoder& decoder);         // as read_picture
+Image8 scaled_by_brightest(const ImageView16& image);  // as scaled_to_8_bits
 
 }  // namespace tagcal::internal

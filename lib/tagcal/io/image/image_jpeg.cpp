@@ -11,7 +11,6 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/io/image/image_codec.hpp"
-#include "tagcal/io/image/image_orientation.hpp"
 #include "tagcal/io/text/limits.hpp"
 
 // As with libpng, calls that can fail are in member functions with setjmp and without local

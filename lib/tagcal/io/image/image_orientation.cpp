@@ -1,4 +1,4 @@
-#include "tagcal/io/image/image_orientation.hpp"
+#include "tagcal/io/image/image_codec.hpp"
 
 #include <cstdint>
 #include <optional>

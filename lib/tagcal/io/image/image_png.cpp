@@ -11,7 +11,6 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/io/image/image_codec.hpp"
-#include "tagcal/io/image/image_orientation.hpp"
 
 // libpng reports errors by longjmp. It is only called in member functions with setjmp and without
 // local objects, so that a jump skips no destructor; a member keeps the message.

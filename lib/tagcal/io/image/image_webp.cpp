@@ -4,7 +4,6 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/io/image/image_codec.hpp"
-#include "tagcal/io/image/image_orientation.hpp"
 
 namespace tagcal::internal {
 namespace {

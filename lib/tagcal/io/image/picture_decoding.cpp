@@ -1,11 +1,9 @@
-#include "tagcal/io/image/picture_decoding.hpp"
+#include "tagcal/io/image/image_codec.hpp"
 
 #include <algorithm>
 #include <span>
 #include <utility>
 #include <vector>
-
-#include "tagcal/io/image/image_orientation.hpp"
 
 namespace tagcal::internal {
 namespace {

@@ -1,4 +1,4 @@
-#include "tagcal/io/scene/scene_camera.hpp"
+#include "tagcal/io/scene/scene_parts.hpp"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "tagcal/error.hpp"
-#include "tagcal/io/scene/scene_values.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
 #include "tagcal/viewing/projection.hpp"
 #include "tagcal/viewing/viewport.hpp"

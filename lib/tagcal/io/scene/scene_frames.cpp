@@ -1,4 +1,4 @@
-#include "tagcal/io/scene/scene_frames.hpp"
+#include "tagcal/io/scene/scene_parts.hpp"
 
 #include <fmt/format.h>
 
@@ -6,8 +6,6 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/geometry/viewpoint.hpp"
-#include "tagcal/io/scene/scene_path.hpp"
-#include "tagcal/io/scene/scene_values.hpp"
 #include "tagcal/io/text/limits.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
 

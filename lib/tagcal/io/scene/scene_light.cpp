@@ -1,4 +1,4 @@
-#include "tagcal/io/scene/scene_light.hpp"
+#include "tagcal/io/scene/scene_parts.hpp"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,6 @@
 #include <array>
 
 #include "tagcal/error.hpp"
-#include "tagcal/io/scene/scene_values.hpp"
 #include "tagcal/io/text/limits.hpp"
 #include "tagcal/scene/render.hpp"
 

@@ -1,4 +1,4 @@
-#include "tagcal/io/scene/scene_path.hpp"
+#include "tagcal/io/scene/scene_parts.hpp"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,6 @@
 #include "tagcal/error.hpp"
 #include "tagcal/geometry/transform.hpp"
 #include "tagcal/geometry/viewpoint.hpp"
-#include "tagcal/io/scene/scene_values.hpp"
 #include "tagcal/io/text/limits.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
 #include "tagcal/viewing/projection.hpp"

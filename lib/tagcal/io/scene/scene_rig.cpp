@@ -1,12 +1,9 @@
-#include "tagcal/io/scene/scene_rig.hpp"
+#include "tagcal/io/scene/scene_parts.hpp"
 
 #include <algorithm>
 #include <cctype>
 #include <set>
 
-#include "tagcal/io/scene/scene_camera.hpp"
-#include "tagcal/io/scene/scene_frames.hpp"
-#include "tagcal/io/scene/scene_light.hpp"
 #include "tagcal/io/text/limits.hpp"
 
 namespace tagcal::internal {

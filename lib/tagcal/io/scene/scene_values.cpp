@@ -1,4 +1,4 @@
-#include "tagcal/io/scene/scene_values.hpp"
+#include "tagcal/io/scene/scene_parts.hpp"
 
 #include "tagcal/io/text/limits.hpp"
 

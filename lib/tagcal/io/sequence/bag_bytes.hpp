@@ -8,6 +8,7 @@
 #include <string_view>
 
 // Private to io: the bytes of bags.
+
 namespace tagcal::internal {
 
 // Thrown where bytes end before what they should hold: the bag was cut off, or is damaged.
@@ -98,5 +99,15 @@ class BagDescriptor {
   int descriptor_;
   std::uint64_t size_ = 0;
 };
+
+// Private to io: the compressions of bags. Their libraries are loaded when they are first needed.
+
+// The `size` bytes of a chunk: `kind` is none (or empty), bz2, lz4 (its frame format) or zstd.
+// Throws Error for another kind, and if a library is not installed; Damage for bytes of another
+// length.
+std::string decompressed(std::string_view kind, std::string_view bytes, std::uint64_t size);
+
+// The size that a frame of Zstandard states; 0: none.
+std::uint64_t stated_zstd_size(std::string_view frame);
 
 }  // namespace tagcal::internal

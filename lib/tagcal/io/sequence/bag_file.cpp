@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "tagcal/error.hpp"
-#include "tagcal/io/sequence/chunk_codecs.hpp"
+#include "tagcal/io/sequence/bag_bytes.hpp"
 #include "tagcal/io/text/limits.hpp"
 
 namespace tagcal::internal {

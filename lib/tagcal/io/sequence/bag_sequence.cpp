@@ -7,8 +7,7 @@
 #include <map>
 
 #include "tagcal/error.hpp"
-#include "tagcal/io/image/image_orientation.hpp"
-#include "tagcal/io/image/picture_decoding.hpp"
+#include "tagcal/io/image/image_codec.hpp"
 
 namespace tagcal::internal {
 namespace {

@@ -1,4 +1,4 @@
-#include "tagcal/io/sequence/chunk_codecs.hpp"
+#include "tagcal/io/sequence/bag_bytes.hpp"
 
 #include <bzlib.h>
 #include <fmt/format.h>
@@ -11,7 +11,6 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/io/image/loaded_library.hpp"
-#include "tagcal/io/sequence/bag_bytes.hpp"
 
 namespace tagcal::internal {
 namespace {

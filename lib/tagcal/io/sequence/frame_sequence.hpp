@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,7 @@
 #include "tagcal/scene/image.hpp"
 
 // Private to io. All functions throw Error without the file's name.
+
 namespace tagcal::internal {
 
 // A sequence that is being read: frames in ascending order are decoded once. May be used by several
@@ -44,5 +46,11 @@ std::string ending_of(const std::filesystem::path& file);
 
 // The files of a sequence: those of a folder that are bags of ROS 2, by name.
 std::vector<std::filesystem::path> files_of(const SequenceName& name);
+
+// The kinds of sequences, by the ends of their names.
+bool is_sequence_ending(const std::string& ending);  // in lower case
+
+// The sequence of a name that was read before and has not changed, or a new one. Throws Error.
+std::shared_ptr<FrameSequence> frame_sequence(const std::filesystem::path& sequence);
 
 }  // namespace tagcal::internal

@@ -1,4 +1,4 @@
-#include "tagcal/io/sequence/open_sequence.hpp"
+#include "tagcal/io/sequence/frame_sequence.hpp"
 
 #include <algorithm>
 #include <iterator>

@@ -7,8 +7,8 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/io/image/loaded_library.hpp"
+#include "tagcal/io/sequence/bag_bytes.hpp"
 #include "tagcal/io/sequence/bag_file.hpp"
-#include "tagcal/io/sequence/chunk_codecs.hpp"
 #include "tagcal/io/text/limits.hpp"
 
 namespace tagcal::internal {

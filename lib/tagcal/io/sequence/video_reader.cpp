@@ -9,7 +9,6 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/io/image/image_codec.hpp"
-#include "tagcal/io/image/image_orientation.hpp"
 #include "tagcal/io/text/limits.hpp"
 
 namespace tagcal::internal {

@@ -1,4 +1,4 @@
-#include "tagcal/io/yaml/yaml_field.hpp"
+#include "tagcal/io/yaml/yaml_boards.hpp"
 
 #include <fmt/format.h>
 

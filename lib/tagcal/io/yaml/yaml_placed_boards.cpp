@@ -1,4 +1,4 @@
-#include "tagcal/io/yaml/yaml_placed_boards.hpp"
+#include "tagcal/io/yaml/yaml_boards.hpp"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,6 @@
 #include <optional>
 #include <utility>
 
-#include "tagcal/io/yaml/yaml_boards.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
 
 namespace tagcal::internal {

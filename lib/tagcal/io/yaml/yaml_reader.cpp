@@ -6,7 +6,6 @@
 #include <numeric>
 
 #include "tagcal/error.hpp"
-#include "tagcal/io/text/length_text.hpp"
 #include "tagcal/io/text/number_text.hpp"
 #include "tagcal/io/text_file.hpp"
 

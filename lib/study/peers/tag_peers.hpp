@@ -2,14 +2,16 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <filesystem>
 #include <mutex>
 #include <string>
 #include <vector>
 
 #include "tagcal/detect/apriltag/apriltag_handles.hpp"
+#include "tagcal/scene/board.hpp"
 #include "tagcal/scene/image.hpp"
 
-// AprilTag's own detector. Private to study.
+// Tags by AprilTag's own detector and by OpenCV's. Private to study.
 
 namespace tagcal::study {
 
@@ -33,5 +35,18 @@ class AprilTagPeer {
   internal::FamilyHandle family_;
   internal::DetectorHandle detector_;
 };
+
+// OpenCV's aruco with its default settings. False if the build did not find it: then no tag is
+// found.
+bool has_aruco();
+
+// Tags of the family tag36h11.
+std::vector<PeerTag> aruco_tags(const Image8& image, int border_bits);
+
+// The same in a file, as cv::imread reads it.
+std::vector<PeerTag> aruco_tags(const std::filesystem::path& file, int border_bits);
+
+// The corners of a ChArUco board of the dictionaries DICT_4X4_50 to DICT_7X7_1000, in any order.
+std::vector<Eigen::Vector2d> charuco_corners(const Image8& image, const Charuco& board);
 
 }  // namespace tagcal::study

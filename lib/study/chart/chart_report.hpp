@@ -2,11 +2,41 @@
 
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "study/chart/chart.hpp"
+#include "study/plot/drawing.hpp"
 
 namespace tagcal::study {
+
+// All trials of a result with their origin: lines "# key: value", then
+// `panel,method,trial,time_us,error,error_over_bound`; the errors are empty if the method failed.
+// Panels and methods are numbered from 0 in the order of their lines.
+std::string trials_text(const ChartResult& result);
+
+// The points as CSV: job,method,panel,time_us,rms,rms_over_bound,failures,trials. One row per
+// method and panel; time is the median, errors are empty if all trials failed.
+std::string points_csv(const ChartResult& result, std::span<const ChartPoint> points);
+
+// A page in Markdown: our methods compared with the peers in each panel, the panels in which they
+// are not on the Pareto front, the methods that are not drawn, the settings and the origin.
+std::string chart_markdown(const ChartResult& result, std::span<const ChartPoint> points);
+
+struct ChartPicture {
+  std::string name;  // of its file, without the ending
+  Drawing drawing;
+};
+
+// The pages of a result: chart, chart-2, .. Each panel has the time on the horizontal and the error
+// over the bound on the vertical axis (both logarithmic), whiskers from 5 to 95 %, the Pareto front
+// and the bound as lines. 900 px wide.
+std::vector<ChartPicture> chart_pictures(const ChartResult& result,
+                                         std::span<const ChartPoint> points);
+
+// "fails: A 12 %; B 3 %; the others 1 %": the methods that fail in at least 0.5 % of the trials;
+// empty if there are none.
+std::string failures_text(const ChartResult& result, std::vector<ChartPoint> points);
 
 // A method whose share of failures exceeds that of the most reliable method of its panel by more
 // than this is not compared: its answers are for other problems.
