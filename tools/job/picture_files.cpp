@@ -78,7 +78,8 @@ std::vector<fs::path> files_of(const std::string& argument) {
 }
 
 // A line of a list as an argument. Errors name the list and the line.
-std::vector<fs::path> files_of_line(const std::string& line, const fs::path& list, int number) {
+std::vector<fs::path> files_of_line(const std::string& line, const fs::path& list,
+                                    std::size_t number) {
   try {
     const fs::path beside = list.parent_path() / line;
     const bool is_here = fs::exists(line) || (is_pattern(line) && !fs::exists(beside) &&
@@ -91,22 +92,18 @@ std::vector<fs::path> files_of_line(const std::string& line, const fs::path& lis
   }
 }
 
-// The lines of a text but for empty ones and comments, with their numbers.
-void for_each_line(const fs::path& file,
-                   const std::function<void(const std::string& line, int number)>& take) {
-  const std::string text = read_plain_text(file);
-  int number = 1;
-  for (std::size_t begin = 0; begin < text.size(); ++number) {
-    const std::size_t end = std::min(text.find('\n', begin), text.size());
-    const std::string line(trimmed(std::string_view(text).substr(begin, end - begin), " \t\r"));
-    begin = end + 1;
-    if (!line.empty() && !line.starts_with('#')) take(line, number);
-  }
+// The lines of a file but for empty ones and comments, with their numbers.
+void for_each_entry(const fs::path& file,
+                    const std::function<void(const std::string& line, std::size_t number)>& take) {
+  for_each_line(read_plain_text(file), [&](std::string_view line, std::size_t number) {
+    line = trimmed(line, " \t\r");
+    if (!line.empty() && !line.starts_with('#')) take(std::string(line), number);
+  });
 }
 
 std::vector<fs::path> files_of_list(const fs::path& list) {
   std::vector<fs::path> files;
-  for_each_line(list, [&](const std::string& line, int number) {
+  for_each_entry(list, [&](const std::string& line, std::size_t number) {
     const std::vector<fs::path> more = files_of_line(line, list, number);
     files.insert(files.end(), more.begin(), more.end());
   });
@@ -209,7 +206,7 @@ FrameChoice frame_choice(const std::string& text) {
     throw Error(
         fmt::format("--frames: must be auto, evenly, all, every:N or a file, got {}", text));
   FrameChoice choice;
-  for_each_line(text, [&](const std::string& line, int number) {
+  for_each_entry(text, [&](const std::string& line, std::size_t number) {
     const auto frame = number_of<std::size_t>(line);
     if (!frame)
       throw Error(

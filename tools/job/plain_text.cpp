@@ -27,25 +27,23 @@ std::string json_text(const Json& value, int indent) {
 }
 
 nlohmann::ordered_json rows_json(std::string_view csv, const std::vector<std::string>& texts) {
-  CsvFields line;
+  CsvFields cells;
   std::vector<std::string> names;
   std::vector<bool> is_text;
   Json rows = Json::array();
-  while (!csv.empty()) {
-    const std::size_t end = std::min(csv.find('\n'), csv.size());
-    line.split(csv.substr(0, end));
-    csv.remove_prefix(std::min(end + 1, csv.size()));
-    const auto& fields = line.fields();
+  for_each_line(csv, [&](std::string_view line, std::size_t) {
+    cells.split(line);
+    const auto& fields = cells.fields();
     if (names.empty()) {
       names.assign(fields.begin(), fields.end());
       for (const std::string& name : names) is_text.push_back(std::ranges::count(texts, name) > 0);
-      continue;
+      return;
     }
     Json row;
     for (std::size_t i = 0; i < std::min(names.size(), fields.size()); ++i)
       row[names[i]] = field_json(fields[i], is_text[i]);
     rows.push_back(std::move(row));
-  }
+  });
   return rows;
 }
 

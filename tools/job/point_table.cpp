@@ -43,15 +43,10 @@ bool is_text(const std::string& field) {
 PointTable PointTable::read(const std::string& file) {
   PointTable table;
   table.file_ = file == "-" ? "stdin" : file;
-  const std::string text = text_of(file);
   CsvFields csv;
-  std::size_t number = 0;
-  for (std::size_t begin = 0; begin < text.size();) {
-    const std::size_t end = std::min(text.find('\n', begin), text.size());
-    const std::string line(trimmed(std::string_view(text).substr(begin, end - begin), " \t\r"));
-    begin = end + 1;
-    ++number;
-    if (line.empty() || line.starts_with('#')) continue;
+  for_each_line(text_of(file), [&](std::string_view line, std::size_t number) {
+    line = trimmed(line, " \t\r");
+    if (line.empty() || line.starts_with('#')) return;
     const std::string_view defect = csv.split(line);
     if (!defect.empty()) throw Error(fmt::format("{}: line {}: {}", table.file_, number, defect));
     std::vector<std::string> fields(csv.fields().begin(), csv.fields().end());
@@ -61,14 +56,14 @@ PointTable PointTable::read(const std::string& file) {
       for (const std::string& name : table.names_)
         if (!names.insert(name).second)
           throw Error(fmt::format("{}: the column \"{}\" is there twice", table.file_, name));
-      continue;
+      return;
     }
     if (fields.size() != table.names_.size())
       throw Error(fmt::format("{}: line {}: must have {} fields as the header, got {}", table.file_,
                               number, table.names_.size(), fields.size()));
     table.rows_.push_back(std::move(fields));
     table.line_numbers_.push_back(number);
-  }
+  });
   if (table.names_.empty())
     throw Error(fmt::format("{}: must begin with a line of column names", table.file_));
   return table;

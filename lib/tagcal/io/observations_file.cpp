@@ -43,18 +43,14 @@ class ObservationReader {
 
   std::vector<View> read(std::string_view text) {
     if (trimmed(text).empty()) throw Error(file_ + ": is empty");
-    while (!text.empty()) {
-      const std::size_t end = std::min(text.find('\n'), text.size());
-      ++line_;
-      std::string_view line = text.substr(0, end);
-      if (line.ends_with('\r')) line.remove_suffix(1);
+    for_each_line(text, [&](std::string_view line, std::size_t number) {
+      line_ = number;
       if (num_columns_ == 0) {
         take_header(line);
       } else if (!trimmed(line).empty()) {
         take_row(line);
       }
-      text.remove_prefix(std::min(end + 1, text.size()));
-    }
+    });
     for (std::size_t i = 0; i < views_.size(); ++i) check_once(i);
     return std::move(views_);
   }

@@ -7,6 +7,7 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/io/dataset/pose_columns.hpp"
+#include "tagcal/io/formats/text_lines.hpp"
 #include "tagcal/io/text/number_text.hpp"
 #include "tagcal/io/text_file.hpp"
 #include "tagcal/io/yaml/yaml_reader.hpp"
@@ -18,17 +19,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kTum = "time_s x_m y_m z_m qx qy qz qw";
-constexpr std::string_view kBlanks = " \t\r";
-
-std::vector<std::string_view> words_of(std::string_view line) {
-  std::vector<std::string_view> words;
-  for (line = trimmed(line, kBlanks); !line.empty(); line = trimmed(line, kBlanks)) {
-    const std::size_t end = std::min(line.find_first_of(kBlanks), line.size());
-    words.push_back(line.substr(0, end));
-    line.remove_prefix(end);
-  }
-  return words;
-}
 
 // The lines of a table of poses.
 class PoseTable {
@@ -38,11 +28,10 @@ class PoseTable {
   }
 
   RobotPoses read(std::string_view text) {
-    for (line_ = 1; !text.empty(); ++line_) {
-      const std::size_t end = std::min(text.find('\n'), text.size());
-      take(trimmed(text.substr(0, end), kBlanks));
-      text.remove_prefix(std::min(end + 1, text.size()));
-    }
+    for_each_line(text, [&](std::string_view line, std::size_t number) {
+      line_ = number;
+      take(trimmed(line, " \t\r"));
+    });
     if (poses_.base_from_hand.empty()) throw Error(file_ + ": has no pose");
     return std::move(poses_);
   }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <deque>
 #include <filesystem>
@@ -56,6 +57,17 @@ class FolderLock {
 };
 
 // ---- Lines of CSV
+
+// Calls f(line, number) for each line of a text, without its end ("\n" or "\r\n"), numbers from 1.
+template <typename F>
+void for_each_line(std::string_view text, const F& f) {
+  for (std::size_t number = 1; !text.empty(); ++number) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    const std::string_view line = text.substr(0, end);
+    f(line.substr(0, line.size() - (line.ends_with('\r') ? 1 : 0)), number);
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+}
 
 // Returns true for a name that a line of a text file can hold: not empty, and one line.
 bool is_image_name(std::string_view image);

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <utility>
 
 #include "tagcal/error.hpp"
@@ -11,20 +10,13 @@
 namespace tagcal::internal {
 
 CsvRows::CsvRows(const std::filesystem::path& file) : file_(file.string()) {
-  const std::string all = read_plain_text(file);
-  std::string_view text = all;
   CsvFields csv;
-  for (std::size_t line = 1; !text.empty(); ++line) {
-    const std::size_t end = std::min(text.find('\n'), text.size());
-    std::string_view row = text.substr(0, end);
-    if (row.ends_with('\r')) row.remove_suffix(1);
-    if (!trimmed(row).empty()) {
-      const std::string_view defect = csv.split(row);
-      if (!defect.empty()) fail({line, {}}, std::string(defect));
-      take({line, {csv.fields().begin(), csv.fields().end()}});
-    }
-    text.remove_prefix(std::min(end + 1, text.size()));
-  }
+  for_each_line(read_plain_text(file), [&](std::string_view line, std::size_t number) {
+    if (trimmed(line).empty()) return;
+    const std::string_view defect = csv.split(line);
+    if (!defect.empty()) fail({number, {}}, std::string(defect));
+    take({number, {csv.fields().begin(), csv.fields().end()}});
+  });
   if (header_.empty()) throw Error(file_ + ": is empty");
 }
 

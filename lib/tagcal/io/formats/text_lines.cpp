@@ -8,9 +8,8 @@
 #include "tagcal/io/text/number_text.hpp"
 
 namespace tagcal::internal {
-namespace {
 
-std::vector<std::string_view> split(std::string_view line) {
+std::vector<std::string_view> words_of(std::string_view line) {
   constexpr std::string_view kBlanks = " \t\r";
   std::vector<std::string_view> words;
   for (std::size_t at = line.find_first_not_of(kBlanks); at != std::string_view::npos;) {
@@ -21,8 +20,6 @@ std::vector<std::string_view> split(std::string_view line) {
   return words;
 }
 
-}  // namespace
-
 TextLines::TextLines(std::string file, std::string_view text)
     : file_(std::move(file)), rest_(text) {}
 
@@ -32,7 +29,7 @@ bool TextLines::next(bool blank_counts) {
     line_ = rest_.substr(0, end);
     rest_.remove_prefix(std::min(end + 1, rest_.size()));
     ++number_;
-    words_ = split(line_);
+    words_ = words_of(line_);
     const bool comment = !words_.empty() && words_[0].starts_with('#');
     if (!comment && (blank_counts || !words_.empty())) return true;
   }

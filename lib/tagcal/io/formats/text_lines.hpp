@@ -6,6 +6,9 @@
 
 namespace tagcal::internal {
 
+// The words of a line, between spaces, tabs and carriage returns.
+std::vector<std::string_view> words_of(std::string_view line);
+
 // The lines of a text file in words between spaces and tabs, with messages that name the line.
 class TextLines {
  public:
