@@ -155,7 +155,7 @@ TEST(CompleteBoard, ALoneTagOfASmallFamilyIsNotBelieved) {
   EXPECT_EQ(completed(large, {large.seed(7)}).tags.size(), 1u);
 }
 
-// tagcal-study false_tags looks at more.
+// tagcal-study detect_answers looks at more.
 TEST(CompleteBoard, NoTagsInPicturesWithoutTags) {
   std::vector<ImageSource> images;
   for (std::uint64_t seed = 1; seed <= 10; ++seed)

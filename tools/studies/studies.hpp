@@ -16,7 +16,6 @@ study::Study check_study();
 study::Study checkers_study();
 study::Study detect_answers_study();
 study::Study end_to_end_study();
-study::Study false_tags_study();
 study::Study focal_refusal_study();
 study::Study frames_study();
 study::Study halves_study();

@@ -10,14 +10,13 @@ namespace {
 
 std::vector<Command> command_table(CLI::App& app) {
   std::vector<Command> commands = {add_chart(app), add_stability(app), add_worlds(app)};
-  for (const auto declared : {big_data_study,        calibration_nees_study, check_study,
-                              checkers_study,        detect_answers_study,   end_to_end_study,
-                              false_tags_study,      focal_refusal_study,    frames_study,
-                              halves_study,          handeye_study,          model_confusion_study,
-                              near_grids_study,      real_claims_study,      real_corners_study,
-                              reproject_speed_study, rig_shutter_study,      rigs_study,
-                              shutter_study,         single_views_study,     tracking_study,
-                              visibility_study})
+  for (const auto declared :
+       {big_data_study,       calibration_nees_study, check_study,           checkers_study,
+        detect_answers_study, end_to_end_study,       focal_refusal_study,   frames_study,
+        halves_study,         handeye_study,          model_confusion_study, near_grids_study,
+        real_claims_study,    real_corners_study,     reproject_speed_study, rig_shutter_study,
+        rigs_study,           shutter_study,          single_views_study,    tracking_study,
+        visibility_study})
     commands.push_back(add_study(app, declared()));
   return commands;
 }
