@@ -6,11 +6,15 @@
 
 #include "study/quantile.hpp"
 #include "study/study_threads.hpp"
+#include "tagcal/detect/families.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/calibrate.hpp"
 #include "tagcal/io/dataset_file.hpp"
 #include "tagcal/io/image_file.hpp"
 #include "tagcal/io/target_file.hpp"
+#include "tagcal/random.hpp"
+#include "tagcal/scene/render.hpp"
+#include "tagcal/scene/viewing.hpp"
 
 namespace tagcal {
 using namespace study;
@@ -198,6 +202,19 @@ ExactCorners corners_of(const std::vector<Observation>& observations) {
   ExactCorners corners;
   for (const Observation& o : observations) corners[o.id] = o.pixel;
   return corners;
+}
+
+ExactPictures rendered(const Scene& scene, std::uint64_t seed) {
+  const TagFamilies families = tag_families(scene.boards);
+  const std::vector<Pose> poses = camera_poses(scene, seed);
+  ExactPictures result;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const ImageF light = render_light(scene, families, poses[i]);
+    const Image8 picture = expose(light, scene.sensor, Random(seed, i).next());
+    result.sources.push_back({image_name(static_cast<int>(i)), [picture] { return picture; }});
+    result.corners.push_back(corners_of(visible_corners(scene, poses[i])));
+  }
+  return result;
 }
 
 std::vector<ExactCorners> exact_by_calibration(const Dataset& set) {

@@ -10,12 +10,20 @@
 #include "tagcal/detect/types.hpp"
 #include "tagcal/scene/dataset.hpp"
 #include "tagcal/scene/image.hpp"
+#include "tagcal/scene/scene.hpp"
 
 // How studies find corners in pictures: the fit of detect(), and detectors of OpenCV.
 
 namespace tagcal {
 
 using ExactCorners = std::map<CornerId, Eigen::Vector2d>;
+
+// Pictures with their exact corners, each of a scene's views as `tagcal render` renders it.
+struct ExactPictures {
+  std::vector<ImageSource> sources;
+  std::vector<ExactCorners> corners;
+};
+ExactPictures rendered(const Scene& scene, std::uint64_t seed);
 
 // The corners that a method finds in a picture, and its processor time.
 struct FoundCorners {

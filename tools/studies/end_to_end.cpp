@@ -15,16 +15,12 @@
 #include "studies/studies.hpp"
 #include "study/quantile.hpp"
 #include "tagcal/detect/detector.hpp"
-#include "tagcal/detect/families.hpp"
 #include "tagcal/detect/refine_views.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/calibrate.hpp"
 #include "tagcal/io/dataset_file.hpp"
 #include "tagcal/io/image_file.hpp"
 #include "tagcal/io/scene_file.hpp"
-#include "tagcal/random.hpp"
-#include "tagcal/scene/render.hpp"
-#include "tagcal/scene/viewing.hpp"
 
 namespace tagcal {
 using namespace study;
@@ -33,32 +29,17 @@ namespace {
 namespace fs = std::filesystem;
 
 // Pictures with their truth.
-struct Pictures {
+struct Pictures : ExactPictures {
   Camera camera;
   std::string model;
   std::vector<PlacedBoard> boards;
-  std::vector<ImageSource> sources;
-  std::vector<ExactCorners> corners;
 };
-
-Pictures rendered(const Scene& scene, std::uint64_t seed) {
-  const TagFamilies families = tag_families(scene.boards);
-  const std::vector<Pose> poses = camera_poses(scene, seed);
-  Pictures result{scene.camera, scene.model, scene.boards, {}, {}};
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    const ImageF light = render_light(scene, families, poses[i]);
-    const Image8 picture = expose(light, scene.sensor, Random(seed, i).next());
-    result.sources.push_back({image_name(static_cast<int>(i)), [picture] { return picture; }});
-    result.corners.push_back(corners_of(visible_corners(scene, poses[i])));
-  }
-  return result;
-}
 
 Pictures read(const fs::path& folder) {
   const DatasetFolder set = read_dataset(folder);
   if (!set.dataset.truth) throw Error(folder.string() + ": needs a truth");
   const Truth& truth = *set.dataset.truth;
-  Pictures result{truth.camera, truth.model, set.dataset.boards, {}, {}};
+  Pictures result{{}, truth.camera, truth.model, set.dataset.boards};
   for (const fs::path& file : set.images) {
     const std::string name = file.filename().string();
     result.sources.push_back({name, [file] { return read_image(file); }});
@@ -156,8 +137,10 @@ std::vector<Task> tasks(const StudyOptions& options) {
     Scene scene = read_scene(input);
     if (const int views = static_cast<int>(options.number("views")); views > 0)
       scene.num_views = views;
-    tasks.push_back({fs::path(input).stem().string(),
-                     [scene](std::uint64_t seed) { return measure(rendered(scene, seed)); }});
+    tasks.push_back(
+        {fs::path(input).stem().string(), [scene](std::uint64_t seed) {
+           return measure({rendered(scene, seed), scene.camera, scene.model, scene.boards});
+         }});
   }
   return tasks;
 }

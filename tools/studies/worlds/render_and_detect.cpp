@@ -2,37 +2,15 @@
 #include <map>
 
 #include "judge.hpp"
+#include "studies/checker_pictures.hpp"
 #include "study/processor_time.hpp"
 #include "study/quantile.hpp"
 #include "tagcal/detect/detector.hpp"
-#include "tagcal/detect/families.hpp"
-#include "tagcal/scene/render.hpp"
-#include "tagcal/scene/viewing.hpp"
 
 namespace tagcal {
 namespace {
 
 constexpr double kGross_px = 2;  // as the outliers that project_corners draws
-
-struct Rendered {
-  std::vector<ImageSource> pictures;
-  std::vector<std::map<CornerId, Eigen::Vector2d>> corners;  // exact
-};
-
-// Renders as `tagcal render` does.
-Rendered rendered(const Scene& scene, std::uint64_t seed) {
-  const TagFamilies families = tag_families(scene.boards);
-  const std::vector<Pose> poses = camera_poses(scene, seed);
-  Rendered result;
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    const ImageF light = render_light(scene, families, poses[i]);
-    const Image8 picture = expose(light, scene.sensor, Random(seed, i).next());
-    result.pictures.push_back({image_name(static_cast<int>(i)), [picture] { return picture; }});
-    auto& corners = result.corners.emplace_back();
-    for (const Observation& o : visible_corners(scene, poses[i])) corners[o.id] = o.pixel;
-  }
-  return result;
-}
 
 template <typename Corners, typename IdOf>
 int whole_tags(const Corners& corners, const IdOf& tag_of) {
@@ -54,8 +32,7 @@ void judge_corner(const Observation& o, const Eigen::Vector2d& truth, Record& r)
 }
 
 // Returns Measured::gross of a view.
-std::vector<char> judge_view(const std::map<CornerId, Eigen::Vector2d>& exact, const View& view,
-                             Record& r) {
+std::vector<char> judge_view(const ExactCorners& exact, const View& view, Record& r) {
   std::vector<char> gross;
   std::vector<CornerId> fitted;
   for (const Observation& o : view.observations) {
@@ -81,13 +58,13 @@ std::vector<char> judge_view(const std::map<CornerId, Eigen::Vector2d>& exact, c
 
 Measured render_and_detect(const World& world, Record& r) {
   study::Lap lap;
-  const Rendered set = rendered(real_scene(world), render_seed(world));
+  const ExactPictures set = rendered(real_scene(world), render_seed(world));
   r.render_s = lap();
   const Scene& scene = world.scene;
   DetectOptions detect;
   detect.threads = 1;
   Measured result{{scene.camera.image_size, scene.boards, {}, {}}, {}};
-  result.dataset.views = views_of(detect_all(set.pictures, scene.boards, detect));
+  result.dataset.views = views_of(detect_all(set.sources, scene.boards, detect));
   r.detect_s = lap();
   for (std::size_t v = 0; v < set.corners.size(); ++v)
     result.gross.push_back(judge_view(set.corners[v], result.dataset.views[v], r));
