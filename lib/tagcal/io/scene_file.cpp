@@ -154,12 +154,10 @@ void read_levels(const YamlValue& top, Scene& scene) {
 
 // Throws, with the file's name, if a part or the camera hangs on a frame that is not rigid.
 void check_first_view(const YamlValue& top, const MovingScene& scene) {
-  try {
+  top.within([&] {
     scene_in_view(scene, 0);
     rigid_camera_frame(scene, 0);
-  } catch (const Error& error) {
-    top.fail_plainly(error.what());
-  }
+  });
 }
 
 void read_all_but_cameras(const YamlValue& top, bool behind_window, MovingScene& scene,

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "tagcal/camera/model.hpp"
-#include "tagcal/error.hpp"
 #include "tagcal/io/formats/number_format.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
 
@@ -78,11 +77,9 @@ FileCamera read_omni(const YamlValue& camera, const ImageSize& size,
     camera.at("camera_model")
         .fail_plainly(fmt::format("the lens omni (Mei) with {} is one that tagcal does not have",
                                   model->text()));
-  try {
+  return camera.at("intrinsics").within([&] {
     return file_camera("", unified_from_omni(k[0], k[1], k[2], k[3], k[4]), size);
-  } catch (const Error& error) {
-    throw Error(place(camera, "intrinsics") + ": " + error.what());
-  }
+  });
 }
 
 }  // namespace

@@ -36,11 +36,7 @@ std::string place(const YamlValue& value, std::string_view key) {
 
 Pose place_of_matrix(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& translation,
                      const YamlValue& where, std::string_view what) {
-  try {
-    return {rotation_from_matrix(rotation, what), translation};
-  } catch (const Error& error) {
-    where.fail_plainly(error.what());
-  }
+  return where.within([&] { return Pose(rotation_from_matrix(rotation, what), translation); });
 }
 
 Pose place_of_quaternion(const Eigen::Quaterniond& rotation, const Eigen::Vector3d& translation,

@@ -90,13 +90,8 @@ Camera camera_of(const YamlValue& top, const CameraNumbers& numbers, const Model
   const auto fixed = top.find("fixed");
   if (!fixed) return make_camera(numbers, model, top);
   const std::map<std::string, double> values = fixed_values(top);
-  std::optional<HeldModels> models;
-  try {
-    models.emplace(values, model.kind());
-  } catch (const Error& error) {
-    top.fail_plainly(error.what());
-  }
-  const Model& held = models->named(model.name());
+  const HeldModels models = top.within([&] { return HeldModels(values, model.kind()); });
+  const Model& held = models.named(model.name());
   check_fixed(*fixed, held, numbers);
   return make_camera(numbers, held, top);
 }

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <set>
 
-#include "tagcal/error.hpp"
 #include "tagcal/io/formats/corner_lists.hpp"
 #include "tagcal/io/formats/opencv_camera.hpp"
 #include "tagcal/io/text/limits.hpp"
@@ -86,12 +85,7 @@ CameraFile read_stereo(const YamlValue& top, const YamlValue& extrinsics) {
 void read_views(const YamlValue& views, CameraFile& file) {
   std::set<std::string> names;
   for (const YamlValue& view : views.items(0, limits::kMaxListedPoses)) {
-    const std::vector<double> q = view.at("rotation").numbers(4);
-    const Eigen::Quaterniond rotation(q[0], q[1], q[2], q[3]);
-    if (!(std::abs(rotation.norm() - 1) <= kRotationTolerance))
-      view.at("rotation")
-          .fail_plainly(fmt::format(
-              "must be a unit quaternion [w, x, y, z], got one of length {:.6g}", rotation.norm()));
+    const Eigen::Quaterniond rotation = read_rotation(view.at("rotation"));
     file.poses.push_back(
         {read_image_name(view.at("image"), names), 0,
          Pose(rotation, Eigen::Vector3d::Map(view.at("translation_m").numbers(3).data()))});

@@ -180,11 +180,7 @@ std::vector<MovingFrame> read_frames(const YamlValue& top) {
   if (const auto motion = top.find("motion"))
     for (const YamlValue& item : motion->items(0, limits::kMaxFrames))
       read_motion(item, scene.frames);
-  try {
-    frames_in_view(scene, 0);
-  } catch (const Error& error) {
-    top.fail_plainly(error.what());  // it begins with "frames: "
-  }
+  top.within([&] { frames_in_view(scene, 0); });  // an error begins with "frames: "
   return scene.frames;
 }
 

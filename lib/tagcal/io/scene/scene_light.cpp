@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 
-#include "tagcal/error.hpp"
 #include "tagcal/io/text/limits.hpp"
 #include "tagcal/scene/render.hpp"
 
@@ -121,11 +120,7 @@ Sensor read_sensor(const YamlValue& value, const Camera& camera) {
   if (const auto focus = value.find("focus")) sensor.focus = read_focus(*focus);
   sensor.shutter = read_shutter(value);
   read_processing(value, sensor);
-  try {
-    check_sensor(camera, sensor);
-  } catch (const Error& error) {
-    value.fail_plainly(error.what());
-  }
+  value.within([&] { check_sensor(camera, sensor); });
   return sensor;
 }
 

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <limits>
 
-#include "tagcal/error.hpp"
 #include "tagcal/geometry/transform.hpp"
 #include "tagcal/geometry/viewpoint.hpp"
 #include "tagcal/io/text/limits.hpp"
@@ -160,11 +159,7 @@ FunctionPath read_window(const YamlValue& value, const ImageSize& size) {
 
 // Throws, with the place in the file, if the path has no value at the first view.
 FunctionPath checked(FunctionPath path, const YamlValue& value) {
-  try {
-    path.camera_from_world(0);
-  } catch (const Error& error) {
-    value.fail_plainly(error.what());
-  }
+  value.within([&] { path.camera_from_world(0); });
   return path;
 }
 
@@ -210,13 +205,10 @@ int read_num_views(const YamlValue& top, const CameraPath& path) {
 }
 
 Pose read_viewpoint(std::string_view kind, const YamlValue& value) {
-  try {
+  return value.within([&] {
     if (kind == "aircraft") return world_from_aircraft(read_aircraft(value)(0));
     return (kind == "orbit" ? read_orbit(value) : read_look_at(value))(0).inverse();
-  } catch (const Error& error) {
-    if (std::string_view(error.what()).starts_with(value.file())) throw;
-    value.fail_plainly(error.what());
-  }
+  });
 }
 
 }  // namespace tagcal::internal

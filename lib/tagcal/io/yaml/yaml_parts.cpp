@@ -6,7 +6,6 @@
 #include <limits>
 #include <map>
 
-#include "tagcal/error.hpp"
 #include "tagcal/io/text/limits.hpp"
 #include "tagcal/io/text/number_text.hpp"
 
@@ -15,12 +14,10 @@ namespace {
 
 Pose read_rigid_matrix(const YamlValue& value) {
   const Eigen::Matrix4d matrix = read_affine_matrix(value);
-  try {
-    return {rotation_from_matrix(matrix.topLeftCorner<3, 3>(), "the upper left 3x3"),
-            matrix.topRightCorner<3, 1>()};
-  } catch (const Error& error) {
-    value.fail_plainly(error.what());
-  }
+  return value.within([&] {
+    return Pose(rotation_from_matrix(matrix.topLeftCorner<3, 3>(), "the upper left 3x3"),
+                matrix.topRightCorner<3, 1>());
+  });
 }
 
 std::vector<int> held_parameters(const Model& model, int num_parameters) {
@@ -66,6 +63,15 @@ Eigen::Vector3d read_vector(const YamlValue& value) {
   return Eigen::Vector3d::Map(value.numbers(3).data());
 }
 
+Eigen::Quaterniond read_rotation(const YamlValue& value) {
+  const std::vector<double> q = value.numbers(4);
+  const Eigen::Quaterniond rotation(q[0], q[1], q[2], q[3]);
+  if (!(std::abs(rotation.norm() - 1) <= kRotationTolerance))
+    value.fail_plainly(fmt::format(
+        "must be a unit quaternion [w, x, y, z], got one of length {:.6g}", rotation.norm()));
+  return rotation;
+}
+
 Eigen::Matrix4d read_affine_matrix(const YamlValue& value) {
   Eigen::Matrix4d matrix;
   int row = 0;
@@ -82,17 +88,9 @@ Eigen::Matrix4d read_affine_matrix(const YamlValue& value) {
 Pose read_pose(const YamlValue& value) {
   if (value.is_list()) return read_rigid_matrix(value);
   value.allow_only({"rotation", "translation_m"});
-  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
-  if (const auto given = value.find("rotation")) {
-    const std::vector<double> q = given->numbers(4);
-    rotation = Eigen::Quaterniond(q[0], q[1], q[2], q[3]);
-    if (!(std::abs(rotation.norm() - 1) <= kRotationTolerance)) {
-      given->fail_plainly(fmt::format(
-          "must be a unit quaternion [w, x, y, z], got one of length {:.6g}", rotation.norm()));
-    }
-  }
-  const auto translation = value.find("translation_m");
-  return {rotation, translation ? read_vector(*translation) : Eigen::Vector3d::Zero()};
+  const auto rotation = value.find("rotation"), translation = value.find("translation_m");
+  return {rotation ? read_rotation(*rotation) : Eigen::Quaterniond::Identity(),
+          translation ? read_vector(*translation) : Eigen::Vector3d::Zero()};
 }
 
 std::string pose_yaml(const Pose& pose) {
@@ -148,15 +146,9 @@ Camera make_camera(const CameraNumbers& numbers, const Model& model, const YamlV
   }
   values.insert(values.end(), numbers.distortion.begin(), numbers.distortion.end());
   while (values.size() < all.size()) values.push_back(all[values.size()].plain);
-  try {
-    const Lens lens = make_lens(model.kind(), values);
-    check_held(lens, numbers.image_size, model, where);
-    return {lens, numbers.image_size};
-  } catch (const Error& error) {
-    const std::string message = error.what();
-    if (message.starts_with(where.file())) throw;
-    where.fail_plainly(message);
-  }
+  const Lens lens = where.within([&] { return make_lens(model.kind(), values); });
+  check_held(lens, numbers.image_size, model, where);
+  return {lens, numbers.image_size};
 }
 
 std::vector<double> distortion_of(const Lens& lens, std::string_view model) {

@@ -13,7 +13,8 @@
 
 namespace tagcal::internal {
 
-Eigen::Vector3d read_vector(const YamlValue& value);  // [x, y, z]
+Eigen::Vector3d read_vector(const YamlValue& value);       // [x, y, z]
+Eigen::Quaterniond read_rotation(const YamlValue& value);  // [w, x, y, z], of unit length
 
 Eigen::Matrix4d read_affine_matrix(const YamlValue& value);  // 4x4 by rows, the last [0, 0, 0, 1]
 

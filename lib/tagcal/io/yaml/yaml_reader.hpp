@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "tagcal/error.hpp"
+
 // Private to io: strict reading of YAML. Every mistake in a file throws an Error that names the
 // file, the path of the key and the value.
 
@@ -74,6 +76,17 @@ class YamlValue {
   [[noreturn]] void fail(const std::string& must) const;
   // Throws Error("file: key: message").
   [[noreturn]] void fail_plainly(const std::string& message) const;
+  // Calls a function whose errors get the file and the key before them, unless they have the file.
+  template <typename F>
+  auto within(const F& f) const {
+    try {
+      return f();
+    } catch (const Error& error) {
+      const std::string message = error.what();
+      if (message.starts_with(file())) throw;
+      fail_plainly(message);
+    }
+  }
 
  private:
   YamlValue(std::shared_ptr<const std::string> file, std::shared_ptr<const YamlNode> node,
