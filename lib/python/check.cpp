@@ -55,10 +55,9 @@ void bind_changes(py::module_& m) {
   });
   Record<CameraChange> change(m, "CameraChange", "The leanest change that explains the pictures.");
   change.field("camera", &CameraChange::camera, "Index in the rig; 0 for one camera.");
-  change.field(
-      "kind", [](const CameraChange& c) { return std::string(kind_name(c.kind)); },
-      "\"focal length\", \"principal point\", \"focal length and principal point\", "
-      "\"place in the rig\" or \"lens\".");
+  change.field("kind", &CameraChange::kind,
+               "\"focal length\", \"principal point\", \"focal length and principal point\", "
+               "\"place in the rig\" or \"lens\".");
   change.field("parameters", &CameraChange::parameters, "A list of ParameterChange.");
   change.field("rms_px", &CameraChange::rms_px, "In the image where the pictures have corners.");
   change.field("max_px", &CameraChange::max_px, "The largest there.");
@@ -77,9 +76,7 @@ void bind_changes(py::module_& m) {
   Record<DetectableChange> detectable(m, "DetectableChange",
                                       "The smallest change that the pictures would have shown.");
   detectable.field("camera", &DetectableChange::camera, "Index in the rig.");
-  detectable.field(
-      "kind", [](const DetectableChange& d) { return std::string(kind_name(d.kind)); },
-      "As of a CameraChange.");
+  detectable.field("kind", &DetectableChange::kind, "As of a CameraChange.");
   detectable.field("max_px", &DetectableChange::max_px, "In the image at most.");
   detectable.field("without_scale_px", &DetectableChange::without_scale_px,
                    "The same without a change of all lengths alike, as another print of the board "
@@ -107,9 +104,7 @@ void bind_answer_of_check(py::module_& m) {
     return "\"" + c.name + "\" " + counted(static_cast<std::size_t>(c.num_views), "view");
   });
   Record<CameraCheck> check(m, "CameraCheck", "Whether a calibration is still valid.");
-  check.field(
-      "verdict", [](const CameraCheck& c) { return std::string(verdict_name(c.verdict)); },
-      "\"valid\", \"changed\" or \"cannot_tell\".");
+  check.field("verdict", &CameraCheck::verdict, "\"valid\", \"changed\" or \"cannot_tell\".");
   check.field("in_sigmas", &CameraCheck::in_sigmas,
               "Normal score of the likelihood ratio: 0 +- 1 if nothing changed.");
   check.field("false_alarm", &CameraCheck::false_alarm,

@@ -178,10 +178,7 @@ void bind_dataset(py::module_& m) {
   Record<Dataset>(m, "Dataset",
                   "What is calibrated: boards that are rigid in one world, and the views of one "
                   "camera. It does not change; make another one from its parts.")
-      .field(
-          "size",
-          [](const Dataset& d) { return std::pair(d.image_size.width, d.image_size.height); },
-          "(width, height) of the pictures.")
+      .field("size", &Dataset::image_size, "(width, height) of the pictures.")
       .field("target", &Dataset::boards, "The boards, and their places in the world.")
       .field("views", &Dataset::views, "The corners that each picture shows.")
       .field("truth", &Dataset::truth, "The true camera and poses, if they are known.")

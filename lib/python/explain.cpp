@@ -49,9 +49,7 @@ void bind_explain(py::module_& m) {
       .representation(
           [](const NotReported& tag) { return std::to_string(tag.id) + ": " + tag.why; });
   Record<Explanation>(m, "Explanation", "The content of a picture, and why tags are missing.")
-      .field(
-          "size", [](const Explanation& e) { return std::pair(e.size.width, e.size.height); },
-          "(width, height), px.")
+      .field("size", &Explanation::size, "(width, height), px.")
       .field("quads", &Explanation::quads, "Number of black shapes with four sides, tags or not.")
       .field("decoded", &Explanation::decoded,
              "A SeenKind for each known family and border with tags in the picture.")

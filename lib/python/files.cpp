@@ -128,10 +128,8 @@ void bind_picture_files(py::module_& m) {
         "The paths of a folder's pictures, by the ends of their names, sorted by name.");
   Record<ImageSequence>(m, "ImageSequence",
                         "What a video or a bag says of its frames; `read_sequence`.")
-      .field(
-          "image_size",
-          [](const ImageSequence& s) { return std::pair(s.size.width, s.size.height); },
-          "(width, height) of a frame, turned as a video says.")
+      .field("image_size", &ImageSequence::size,
+             "(width, height) of a frame, turned as a video says.")
       .field("times_s", &ImageSequence::times_s, "Of each frame, from the first one on.")
       .field("start_s", &ImageSequence::start_s, "The Unix time of the first frame; 0: not known.")
       .field("is_interlaced", &ImageSequence::is_interlaced,

@@ -74,19 +74,13 @@ std::vector<double> p_values_of(const Trend& trend, double inflation) {
 
 void bind_population(py::module_& m) {
   Record<Population>(m, "Population", "What units of one make differ by; of P quantities.")
-      .field(
-          "status", [](const Population& p) { return std::string(status_name(p.status)); },
-          "\"ok\", or \"not_observable\": too few units.")
+      .field("status", &Population::status, "\"ok\", or \"not_observable\": too few units.")
       .field("num_units", &Population::num_units, "That were given.")
       .field("num_used", &Population::num_used, "That are not beyond p = 0.001.")
       .field("centre", &Population::centre, "P values: the robust mean.")
-      .field(
-          "centre_covariance",
-          [](const Population& p) { return matrix_array(p.centre_covariance); },
-          "(P, P), of the centre.")
-      .field(
-          "scatter", [](const Population& p) { return matrix_array(p.scatter); },
-          "(P, P): the covariance of units, their own covariances removed.")
+      .field("centre_covariance", &Population::centre_covariance, "(P, P), of the centre.")
+      .field("scatter", &Population::scatter,
+             "(P, P): the covariance of units, their own covariances removed.")
       .field("spread", &Population::spread, "P standard deviations: of the scatter.")
       .field("sigma_spread", &Population::sigma_spread, "Their standard deviations.")
       .field("findings", &Population::findings, "List of Finding.")
@@ -107,11 +101,8 @@ void bind_population(py::module_& m) {
 
 void bind_trend(py::module_& m) {
   Record<Trend>(m, "Trend", "How P values of one unit change by Q covariates.")
-      .field(
-          "slopes", [](const Trend& t) { return matrix_array(t.slopes); }, "(P, Q).")
-      .field(
-          "sigmas", [](const Trend& t) { return matrix_array(t.sigmas); },
-          "(P, Q): standard deviations of the slopes.")
+      .field("slopes", &Trend::slopes, "(P, Q).")
+      .field("sigmas", &Trend::sigmas, "(P, Q): standard deviations of the slopes.")
       .field("chi_square", &Trend::chi_square, "Q: of a covariate's slopes, P degrees of freedom.")
       .field("scatter", &Trend::scatter, "Chi-square of the residuals about the trend.")
       .field("scatter_freedom", &Trend::scatter_freedom, "Its degrees of freedom.")
@@ -167,9 +158,8 @@ void bind_history(py::module_& m) {
       .field("before", &HistoryFit::before, "The key behind the step, or the last one.")
       .representation([](const HistoryFit& f) { return "p " + number(f.p_value, 2); });
   Record<CameraHistory>(m, "CameraHistory", "If a camera is stable over its calibrations.")
-      .field(
-          "verdict", [](const CameraHistory& h) { return std::string(verdict_name(h.verdict)); },
-          "\"stable\", \"trend\", \"change\" or \"too_few\".")
+      .field("verdict", &CameraHistory::verdict,
+             "\"stable\", \"trend\", \"change\" or \"too_few\".")
       .field("false_alarm", &CameraHistory::false_alarm,
              "Probability of \"trend\" or \"change\" if nothing changed.")
       .field("trend", &CameraHistory::trend, "HistoryFit: a line by the key.")

@@ -164,9 +164,7 @@ void bind_handeye_answer(py::module_& m) {
   h.field("status", &HandeyeEstimate::status,
           "\"ok\" is an answer; \"rotation_axes_parallel\", \"no_rotation\", \"wrong_direction\", "
           "\"not_synchronous\" and those of a Calibration are none.");
-  h.field(
-      "mount", [](const HandeyeEstimate& e) { return mount_name(e.mount); },
-      "\"hand\" or \"base\".");
+  h.field("mount", &HandeyeEstimate::mount, "\"hand\" or \"base\".");
   h.field("mount_from_camera", &HandeyeEstimate::mount_from_camera,
           "Pose of the camera in the hand, or in the base.");
   h.field("holder_from_board", &HandeyeEstimate::holder_from_board,

@@ -36,148 +36,60 @@ consteval std::size_t count() {
 template <typename T>
 auto tie_aggregate(T& t) {
   constexpr std::size_t n = members::count<std::remove_const_t<T>>();
+#define TAGCAL_TIE(count, ...)    \
+  if constexpr (n == (count)) {   \
+    auto& [__VA_ARGS__] = t;      \
+    return std::tie(__VA_ARGS__); \
+  }
   // clang-format off
-  if constexpr (n == 1) { auto& [m0] = t; return std::tie(m0); }
-  if constexpr (n == 2) { auto& [m0, m1] = t; return std::tie(m0, m1); }
-  if constexpr (n == 3) { auto& [m0, m1, m2] = t; return std::tie(m0, m1, m2); }
-  if constexpr (n == 4) { auto& [m0, m1, m2, m3] = t; return std::tie(m0, m1, m2, m3); }
-  if constexpr (n == 5) { auto& [m0, m1, m2, m3, m4] = t; return std::tie(m0, m1, m2, m3, m4); }
-  if constexpr (n == 6) {
-    auto& [m0, m1, m2, m3, m4, m5] = t;
-    return std::tie(m0, m1, m2, m3, m4, m5);
-  }
-  if constexpr (n == 7) {
-    auto& [m0, m1, m2, m3, m4, m5, m6] = t;
-    return std::tie(m0, m1, m2, m3, m4, m5, m6);
-  }
-  if constexpr (n == 8) {
-    auto& [m0, m1, m2, m3, m4, m5, m6, m7] = t;
-    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7);
-  }
-  if constexpr (n == 9) {
-    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8] = t;
-    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8);
-  }
-  if constexpr (n == 10) {
-    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9] = t;
-    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9);
-  }
-  if constexpr (n == 11) {
-    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10] = t;
-    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10);
-  }
-  if constexpr (n == 12) {
-    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11] = t;
-    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11);
-  }
-  if constexpr (n == 13) {
-    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12] = t;
-    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12);
-  }
-  if constexpr (n == 14) {
-    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13] = t;
-    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13);
-  }
-  if constexpr (n == 15) {
-    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14] = t;
-    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14);
-  }
-  if constexpr (n == 16) {
-    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15] = t;
-    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15);
-  }
-  if constexpr (n == 17) {
-    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16] = t;
-    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16);
-  }
-  if constexpr (n == 18) {
-    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17] = t;
-    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17);
-  }
-  if constexpr (n == 19) {
-    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17, m18] = t;
-    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17,
-        m18);
-  }
-  if constexpr (n == 20) {
-    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17, m18,
-        m19] = t;
-    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17,
-        m18, m19);
-  }
-  if constexpr (n == 21) {
-    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17, m18,
-        m19, m20] = t;
-    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17,
-        m18, m19, m20);
-  }
-  if constexpr (n == 22) {
-    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17, m18,
-        m19, m20, m21] = t;
-    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17,
-        m18, m19, m20, m21);
-  }
-  if constexpr (n == 23) {
-    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17, m18,
-        m19, m20, m21, m22] = t;
-    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17,
-        m18, m19, m20, m21, m22);
-  }
-  if constexpr (n == 24) {
-    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17, m18,
-        m19, m20, m21, m22, m23] = t;
-    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17,
-        m18, m19, m20, m21, m22, m23);
-  }
-  if constexpr (n == 25) {
-    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17, m18,
-        m19, m20, m21, m22, m23, m24] = t;
-    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17,
-        m18, m19, m20, m21, m22, m23, m24);
-  }
-  if constexpr (n == 26) {
-    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17, m18,
-        m19, m20, m21, m22, m23, m24, m25] = t;
-    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17,
-        m18, m19, m20, m21, m22, m23, m24, m25);
-  }
-  if constexpr (n == 27) {
-    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17, m18,
-        m19, m20, m21, m22, m23, m24, m25, m26] = t;
-    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17,
-        m18, m19, m20, m21, m22, m23, m24, m25, m26);
-  }
-  if constexpr (n == 28) {
-    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17, m18,
-        m19, m20, m21, m22, m23, m24, m25, m26, m27] = t;
-    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17,
-        m18, m19, m20, m21, m22, m23, m24, m25, m26, m27);
-  }
-  if constexpr (n == 29) {
-    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17, m18,
-        m19, m20, m21, m22, m23, m24, m25, m26, m27, m28] = t;
-    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17,
-        m18, m19, m20, m21, m22, m23, m24, m25, m26, m27, m28);
-  }
-  if constexpr (n == 30) {
-    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17, m18,
-        m19, m20, m21, m22, m23, m24, m25, m26, m27, m28, m29] = t;
-    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17,
-        m18, m19, m20, m21, m22, m23, m24, m25, m26, m27, m28, m29);
-  }
-  if constexpr (n == 31) {
-    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17, m18,
-        m19, m20, m21, m22, m23, m24, m25, m26, m27, m28, m29, m30] = t;
-    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17,
-        m18, m19, m20, m21, m22, m23, m24, m25, m26, m27, m28, m29, m30);
-  }
-  if constexpr (n == 32) {
-    auto& [m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17, m18,
-        m19, m20, m21, m22, m23, m24, m25, m26, m27, m28, m29, m30, m31] = t;
-    return std::tie(m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17,
-        m18, m19, m20, m21, m22, m23, m24, m25, m26, m27, m28, m29, m30, m31);
-  }
+  TAGCAL_TIE(1, m0)
+  TAGCAL_TIE(2, m0, m1)
+  TAGCAL_TIE(3, m0, m1, m2)
+  TAGCAL_TIE(4, m0, m1, m2, m3)
+  TAGCAL_TIE(5, m0, m1, m2, m3, m4)
+  TAGCAL_TIE(6, m0, m1, m2, m3, m4, m5)
+  TAGCAL_TIE(7, m0, m1, m2, m3, m4, m5, m6)
+  TAGCAL_TIE(8, m0, m1, m2, m3, m4, m5, m6, m7)
+  TAGCAL_TIE(9, m0, m1, m2, m3, m4, m5, m6, m7, m8)
+  TAGCAL_TIE(10, m0, m1, m2, m3, m4, m5, m6, m7, m8, m9)
+  TAGCAL_TIE(11, m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10)
+  TAGCAL_TIE(12, m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11)
+  TAGCAL_TIE(13, m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12)
+  TAGCAL_TIE(14, m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13)
+  TAGCAL_TIE(15, m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14)
+  TAGCAL_TIE(16, m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15)
+  TAGCAL_TIE(17, m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16)
+  TAGCAL_TIE(18, m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17)
+  TAGCAL_TIE(19, m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17,
+             m18)
+  TAGCAL_TIE(20, m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17,
+             m18, m19)
+  TAGCAL_TIE(21, m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17,
+             m18, m19, m20)
+  TAGCAL_TIE(22, m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17,
+             m18, m19, m20, m21)
+  TAGCAL_TIE(23, m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17,
+             m18, m19, m20, m21, m22)
+  TAGCAL_TIE(24, m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17,
+             m18, m19, m20, m21, m22, m23)
+  TAGCAL_TIE(25, m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17,
+             m18, m19, m20, m21, m22, m23, m24)
+  TAGCAL_TIE(26, m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17,
+             m18, m19, m20, m21, m22, m23, m24, m25)
+  TAGCAL_TIE(27, m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17,
+             m18, m19, m20, m21, m22, m23, m24, m25, m26)
+  TAGCAL_TIE(28, m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17,
+             m18, m19, m20, m21, m22, m23, m24, m25, m26, m27)
+  TAGCAL_TIE(29, m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17,
+             m18, m19, m20, m21, m22, m23, m24, m25, m26, m27, m28)
+  TAGCAL_TIE(30, m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17,
+             m18, m19, m20, m21, m22, m23, m24, m25, m26, m27, m28, m29)
+  TAGCAL_TIE(31, m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17,
+             m18, m19, m20, m21, m22, m23, m24, m25, m26, m27, m28, m29, m30)
+  TAGCAL_TIE(32, m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, m16, m17,
+             m18, m19, m20, m21, m22, m23, m24, m25, m26, m27, m28, m29, m30, m31)
   // clang-format on
+#undef TAGCAL_TIE
   static_assert(n >= 1 && n <= 32);
 }
 

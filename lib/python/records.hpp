@@ -26,6 +26,12 @@ template <typename Enum>
 std::string name_of(Enum value) {
   if constexpr (requires { severity_name(value); })
     return std::string(severity_name(value));
+  else if constexpr (requires { verdict_name(value); })
+    return std::string(verdict_name(value));
+  else if constexpr (requires { kind_name(value); })
+    return std::string(kind_name(value));
+  else if constexpr (requires { mount_name(value); })
+    return mount_name(value);
   else
     return std::string(status_name(value));
 }
@@ -46,7 +52,7 @@ class Record : public py::class_<T, Options...> {
   }
 
   // `get`: a member, or a function of a const T&. Of members that are enums Python has the name, of
-  // matrices a copy. `doc`: what it is, its shape and its unit.
+  // matrices a copy, of an ImageSize (width, height). `doc`: what it is, its shape and its unit.
   template <typename Get>
   Record& field(const char* name, Get&& get, const char* doc) {
     if constexpr (std::is_member_object_pointer_v<std::decay_t<Get>>) {
@@ -57,6 +63,14 @@ class Record : public py::class_<T, Options...> {
       else if constexpr (state::Matrix<Member>)
         this->def_property_readonly(
             name, [get](const T& record) { return matrix_array(record.*get); }, doc);
+      else if constexpr (std::is_same_v<Member, ImageSize>)
+        this->def_property_readonly(
+            name,
+            [get](const T& record) {
+              const ImageSize& size = record.*get;
+              return std::pair(size.width, size.height);
+            },
+            doc);
       else
         this->def_readonly(name, get, doc);
     } else if constexpr (std::is_member_function_pointer_v<std::decay_t<Get>>) {

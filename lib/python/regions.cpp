@@ -83,9 +83,7 @@ std::string distance_text(double distance_m) {
 
 void bind_regions(py::module_& m) {
   Record<ImageGrid>(m, "ImageGrid", "Nodes over an image, from border to border.")
-      .field(
-          "size", [](const ImageGrid& g) { return std::pair(g.size.width, g.size.height); },
-          "(width, height) of the image.")
+      .field("size", &ImageGrid::size, "(width, height) of the image.")
       .field("columns", &ImageGrid::columns, "Number of nodes in x.")
       .field("rows", &ImageGrid::rows, "Number of nodes in y.")
       .representation([](const ImageGrid& g) {

@@ -12,15 +12,10 @@
 namespace tagcal::tools {
 namespace {
 
-std::string numbers(std::span<const double> values) {
-  std::string text;
-  for (const double value : values) text += fmt::format("{}{}", text.empty() ? "" : ", ", value);
-  return text;
-}
-
 std::string matrix_yaml(const char* key, int rows, std::span<const double> values) {
   return fmt::format("{}: !!opencv-matrix\n   rows: {}\n   cols: {}\n   dt: d\n   data: [ {} ]\n",
-                     key, rows, values.size() / static_cast<std::size_t>(rows), numbers(values));
+                     key, rows, values.size() / static_cast<std::size_t>(rows),
+                     fmt::join(values, ", "));
 }
 
 std::string pose_yaml(const char* indent, const Pose& pose, bool with_translation) {
