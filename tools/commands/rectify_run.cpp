@@ -25,6 +25,7 @@
 #include "tagcal/io/image_file.hpp"
 #include "tagcal/io/rig_calibration_file.hpp"
 #include "tagcal/io/target_file.hpp"
+#include "tagcal/io/text/number_text.hpp"
 #include "tagcal/io/text_file.hpp"
 #include "tagcal/reproject/maps.hpp"
 #include "tagcal/reproject/rectify.hpp"
@@ -111,9 +112,7 @@ class RectifyRun {
     const bool by_order = !by_option && rig_.cameras.size() == 2 &&
                           std::ranges::none_of(found, [](const auto& c) { return c.has_value(); });
     if (by_order) return {0, 1};
-    std::string known;
-    for (const KnownRig::Member& member : rig_.cameras)
-      known += (known.empty() ? "" : ", ") + member.name;
+    const std::string known = internal::joined(rig_.cameras, ", ", &KnownRig::Member::name);
     if (found.empty()) throw Error(fmt::format("--rectify: needs --cameras, two of {}", known));
     for (std::size_t k = 0; k < 2; ++k)
       if (!found[k])

@@ -13,6 +13,7 @@
 #include "tagcal/io/camera_file.hpp"
 #include "tagcal/io/rig_calibration_file.hpp"
 #include "tagcal/io/rig_file.hpp"
+#include "tagcal/io/text/number_text.hpp"
 
 namespace tagcal::tools {
 using namespace internal;
@@ -86,9 +87,7 @@ KnownRig rig_of(const RigDataset& data, const CameraFile& file, const std::strin
   hold_notes(name, file.notes);
   const KnownRig all = known_rig(file, name);
   std::vector<std::size_t> cameras;
-  std::string names;
-  for (const KnownRig::Member& member : all.cameras)
-    names += (names.empty() ? "" : ", ") + member.name;
+  const std::string names = internal::joined(all.cameras, ", ", &KnownRig::Member::name);
   for (const RigCamera& camera : data.cameras) {
     const auto found = std::ranges::find(all.cameras, camera.name, &KnownRig::Member::name);
     if (found == all.cameras.end())

@@ -11,16 +11,13 @@
 
 #include "job/plain_text.hpp"
 #include "tagcal/error.hpp"
+#include "tagcal/io/text/number_text.hpp"
 #include "tagcal/io/text_file.hpp"
 
 namespace tagcal::tools {
 namespace {
 
-std::string joined(const std::vector<std::string>& names) {
-  std::string text;
-  for (const std::string& name : names) text += (text.empty() ? "" : ",") + name;
-  return text;
-}
+std::string joined(const std::vector<std::string>& names) { return internal::joined(names, ","); }
 
 std::string text_of(const std::string& file) {
   if (file != "-") return read_plain_text(file);
@@ -106,9 +103,8 @@ std::vector<std::size_t> PointTable::find(const std::vector<std::vector<std::str
 std::vector<std::size_t> PointTable::need(const std::vector<std::vector<std::string>>& sets) const {
   std::vector<std::size_t> columns = find(sets);
   if (!columns.empty()) return columns;
-  std::string wanted;
-  for (const auto& set : sets) wanted += (wanted.empty() ? "" : " or ") + joined(set);
-  throw Error(fmt::format("{}: must have the columns {}, has {}", file_, wanted, joined(names_)));
+  throw Error(fmt::format("{}: must have the columns {}, has {}", file_,
+                          internal::joined(sets, " or ", joined), joined(names_)));
 }
 
 std::vector<double> PointTable::numbers(std::size_t row,

@@ -9,6 +9,7 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/findings.hpp"
+#include "tagcal/io/text/number_text.hpp"
 #include "tagcal/io/text_file.hpp"
 
 namespace tagcal::tools {
@@ -17,10 +18,7 @@ namespace {
 using Json = nlohmann::json;
 
 std::string free_names(const Model& model) {
-  std::string names;
-  for (const FreeParameter& parameter : model.free())
-    names.append(names.empty() ? "" : " ").append(parameter.name);
-  return names;
+  return internal::joined(model.free(), " ", &FreeParameter::name);
 }
 
 void set_camera(FleetRow& row, const UncertainCamera& known) {

@@ -4,6 +4,7 @@
 #include "job/terminal.hpp"
 #include "report/findings.hpp"
 #include "report/json_parts.hpp"
+#include "tagcal/io/text/number_text.hpp"
 
 #include <fmt/format.h>
 
@@ -299,10 +300,8 @@ std::string pose_json(const std::vector<PoseReport>& views) {
 }
 
 std::string pose_text(const std::vector<PoseReport>& views, bool verbose) {
-  std::string text;
-  for (const PoseReport& view : views)
-    text += (text.empty() ? "" : "\n") + view_text(view, verbose);
-  return text;
+  return internal::joined(views, "\n",
+                          [&](const PoseReport& view) { return view_text(view, verbose); });
 }
 
 }  // namespace tagcal::tools

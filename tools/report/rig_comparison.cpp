@@ -9,6 +9,7 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/io/rig_calibration_file.hpp"
+#include "tagcal/io/text/number_text.hpp"
 #include "tagcal/solvers/numeric/statistics.hpp"
 
 namespace tagcal::tools {
@@ -67,10 +68,7 @@ std::optional<double> score_of(const Eigen::VectorXd& step, const MatrixX& covar
 }
 
 std::string names_of(const ComparedRig& rig) {
-  std::string names;
-  for (const FileCamera& camera : rig.file.cameras)
-    names += (names.empty() ? "" : ", ") + camera.name;
-  return names;
+  return internal::joined(rig.file.cameras, ", ", &FileCamera::name);
 }
 
 PlaceDifference difference_of(const ComparedRig& a, const ComparedRig& b,

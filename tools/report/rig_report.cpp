@@ -13,6 +13,7 @@
 #include "report/findings.hpp"
 #include "report/json_parts.hpp"
 #include "tagcal/internal/degrees.hpp"
+#include "tagcal/io/text/number_text.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -58,9 +59,7 @@ std::string pair_lines(const RigCalibration& rig, const RigPair& pair) {
                   two_digits(pair.epipolar_px));
   if (rig.cameras.size() > 2)
     text += fmt::format(", disagrees with the rig by {}", disagreement_text(pair));
-  std::string depths;
-  for (const DepthUncertainty& d : pair.depths)
-    depths += (depths.empty() ? "" : ", ") + depth_text(d);
+  const std::string depths = internal::joined(pair.depths, ", ", depth_text);
   text += "\n";
   if (!depths.empty()) text += wrapped("  depth ", depths, 8);
   return text;

@@ -23,12 +23,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kColmapCameras = "cameras.bin";
 
-std::string format_names() {
-  std::string names;
-  for (const CameraFormat& format : camera_formats())
-    names += (names.empty() ? "" : ", ") + std::string(format.name);
-  return names;
-}
+std::string format_names() { return joined(camera_formats(), ", ", &CameraFormat::name); }
 
 // Throws Error, with the name of the lens, for a CAHVOR file of JPL.
 void refuse_cahvor(const std::string& text, const std::string& name) {

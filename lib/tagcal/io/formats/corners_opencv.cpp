@@ -6,7 +6,6 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/io/formats/corner_lists.hpp"
-#include "tagcal/io/formats/number_format.hpp"
 #include "tagcal/io/formats/opencv_camera.hpp"
 #include "tagcal/io/formats/opencv_format.hpp"
 #include "tagcal/io/text/limits.hpp"
@@ -76,47 +75,6 @@ FullViews full_views(const std::vector<View>& views, const std::vector<CornerId>
   return full;
 }
 
-std::string joined(const Eigen::MatrixXd& matrix, std::string_view separator) {
-  std::string text;
-  for (Eigen::Index row = 0; row < matrix.rows(); ++row)
-    for (Eigen::Index column = 0; column < matrix.cols(); ++column)
-      text +=
-          fmt::format("{}{}", text.empty() ? "" : separator, dotted_number(matrix(row, column)));
-  return text;
-}
-
-// As cv::FileStorage reads it between quotes; it ends a text at any other byte (OpenCV 4.6).
-std::string xml_text(std::string_view text) {
-  constexpr std::string_view kMarkup = "<>&\"'";
-  std::string escaped;
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    const bool is_plain = byte >= 0x20 && byte != 0x7f && kMarkup.find(c) == kMarkup.npos;
-    escaped += is_plain ? std::string(1, c) : fmt::format("&#x{:02x};", byte);
-  }
-  return escaped;
-}
-
-std::string xml_of(const FullViews& full) {
-  std::string names;
-  for (const std::string& name : full.names) names += fmt::format("  \"{}\"\n", xml_text(name));
-  return fmt::format(
-      "<?xml version=\"1.0\"?>\n<opencv_storage>\n<image_names>\n{}</image_names>\n"
-      "<image_points type_id=\"opencv-matrix\">\n  <rows>{}</rows>\n  <cols>{}</cols>\n"
-      "  <dt>\"2d\"</dt>\n  <data>\n    {}</data></image_points>\n</opencv_storage>\n",
-      names, full.pixels.rows(), full.pixels.cols() / 2, joined(full.pixels, " "));
-}
-
-std::string json_of(const FullViews& full) {
-  std::string names;
-  for (const std::string& name : full.names)
-    names += fmt::format("{}{}", names.empty() ? "" : ", ", json_text(name));
-  return fmt::format(
-      "{{\n    \"image_names\": [ {} ],\n    \"image_points\": {{ \"type_id\": \"opencv-matrix\", "
-      "\"rows\": {}, \"cols\": {}, \"dt\": \"2d\", \"data\": [ {} ] }}\n}}\n",
-      names, full.pixels.rows(), full.pixels.cols() / 2, joined(full.pixels, ", "));
-}
-
 }  // namespace
 
 bool is_image_points(std::string_view text) {
@@ -165,16 +123,10 @@ std::string image_points_text(const std::vector<View>& views,
   if (full.names.size() < views.size())
     notes.push_back(fmt::format("dropped: {} views in which corners are missing",
                                 views.size() - full.names.size()));
-  switch (storage_kind(extension)) {
-    case StorageKind::xml:
-      return xml_of(full);
-    case StorageKind::json:
-      return json_of(full);
-    case StorageKind::yaml:
-      break;
-  }
-  return "%YAML:1.0\n---\n" + texts_yaml("image_names", full.names) +
-         pixels_yaml("image_points", full.pixels);
+  StorageText storage(storage_kind(extension));
+  storage.texts("image_names", full.names);
+  storage.matrix("image_points", full.pixels, true);
+  return storage.text();
 }
 
 }  // namespace tagcal::internal

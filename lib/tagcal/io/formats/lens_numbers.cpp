@@ -89,9 +89,8 @@ std::string camera_name(const CameraFile& file, std::size_t camera) {
 
 const FileCamera& only_camera(const CameraFile& file, std::string_view format) {
   if (file.cameras.size() == 1) return file.cameras.front();
-  std::string names;
-  for (const FileCamera& camera : file.cameras)
-    names += (names.empty() ? "" : ", ") + shown(camera.name);
+  const std::string names =
+      joined(file.cameras, ", ", [](const FileCamera& camera) { return shown(camera.name); });
   throw Error(fmt::format("a file of {} holds one camera, and there are {}: {} (choose by IN:{})",
                           format, file.cameras.size(), names, shown(file.cameras.front().name)));
 }

@@ -4,26 +4,10 @@
 
 #include <cmath>
 
+#include "tagcal/io/text/number_text.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
 
 namespace tagcal::internal {
-namespace {
-
-std::string opencv_matrix(std::string_view key, const Eigen::MatrixXd& matrix, int columns,
-                          std::string_view type, int indent) {
-  const std::string margin(static_cast<std::size_t>(indent), ' ');
-  std::string data;
-  for (Eigen::Index row = 0; row < matrix.rows(); ++row) {
-    data += row == 0 ? " " : ",\n" + margin + "      ";
-    for (Eigen::Index column = 0; column < matrix.cols(); ++column)
-      data += (column == 0 ? "" : ", ") + number_yaml(matrix(row, column));
-  }
-  return fmt::format(
-      "{0}: !!opencv-matrix\n{1}   rows: {2}\n{1}   cols: {3}\n{1}   dt: {4}\n{1}   data: [{5} ]\n",
-      key, margin, matrix.rows(), columns, type, data);
-}
-
-}  // namespace
 
 std::string dotted_number(double value) {
   if (!std::isfinite(value)) return number_yaml(value);
@@ -35,9 +19,7 @@ std::string dotted_number(double value) {
 }
 
 std::string dotted_list(std::span<const double> values) {
-  std::string text;
-  for (const double value : values) text += (text.empty() ? "" : ", ") + dotted_number(value);
-  return "[" + text + "]";
+  return "[" + joined(values, ", ", dotted_number) + "]";
 }
 
 std::string json_text(std::string_view text) {
@@ -66,12 +48,19 @@ std::string number_yaml(double value) {
   return fmt::format("{}", value);
 }
 
-std::string matrix_yaml(std::string_view key, const Eigen::MatrixXd& matrix, int indent) {
-  return opencv_matrix(key, matrix, static_cast<int>(matrix.cols()), "d", indent);
-}
-
-std::string pixels_yaml(std::string_view key, const Eigen::MatrixXd& matrix) {
-  return opencv_matrix(key, matrix, static_cast<int>(matrix.cols()) / 2, "\"2d\"", 0);
+std::string matrix_yaml(std::string_view key, const Eigen::MatrixXd& matrix, int indent,
+                        bool is_of_pixels) {
+  const std::string margin(static_cast<std::size_t>(indent), ' ');
+  std::string data;
+  for (Eigen::Index row = 0; row < matrix.rows(); ++row) {
+    data += row == 0 ? " " : ",\n" + margin + "      ";
+    for (Eigen::Index column = 0; column < matrix.cols(); ++column)
+      data += (column == 0 ? "" : ", ") + number_yaml(matrix(row, column));
+  }
+  return fmt::format(
+      "{0}: !!opencv-matrix\n{1}   rows: {2}\n{1}   cols: {3}\n{1}   dt: {4}\n{1}   data: [{5} ]\n",
+      key, margin, matrix.rows(), matrix.cols() / (is_of_pixels ? 2 : 1),
+      is_of_pixels ? "\"2d\"" : "d", data);
 }
 
 std::string texts_yaml(std::string_view key, std::span<const std::string_view> texts) {

@@ -21,11 +21,10 @@ std::string json_text(std::string_view text);  // in double quotes
 std::string rows_text(const Eigen::MatrixXd& matrix);
 
 // A matrix of doubles as cv::FileStorage writes it to YAML, one row per line; `indent` is that of
-// the key.
+// the key. Columns of pixels, OpenCV's type 2d, are x, y, x, y, ..
 std::string number_yaml(double value);
-std::string matrix_yaml(std::string_view key, const Eigen::MatrixXd& matrix, int indent = 0);
-// The same for a matrix of pixels, OpenCV's type 2d: columns are x, y, x, y, ..
-std::string pixels_yaml(std::string_view key, const Eigen::MatrixXd& matrix);
+std::string matrix_yaml(std::string_view key, const Eigen::MatrixXd& matrix, int indent = 0,
+                        bool is_of_pixels = false);
 
 // A list of texts below a key.
 std::string texts_yaml(std::string_view key, std::span<const std::string_view> texts);

@@ -34,6 +34,25 @@ void note_sent_part(const YamlValue& top, const ImageSize& size, std::vector<std
 enum class StorageKind { yaml, xml, json };
 StorageKind storage_kind(std::string_view extension);  // ".xml", ".json"; others are YAML
 
+// Text as cv::FileStorage writes it, in one of its three forms.
+class StorageText {
+ public:
+  explicit StorageText(StorageKind kind) : kind_(kind) {}
+
+  void whole(std::string_view key, int value);
+  void texts(std::string_view key, const std::vector<std::string>& texts);
+  // Columns of pixels, OpenCV's type 2d, are x, y, x, y, ..
+  void matrix(std::string_view key, const Eigen::MatrixXd& matrix, bool is_of_pixels = false);
+  bool is_empty() const { return body_.empty(); }
+  std::string text() const;
+
+ private:
+  void add(std::string_view key, const std::string& value);
+
+  StorageKind kind_;
+  std::string body_;
+};
+
 // One camera, or a stereo pair: in one file, or in a folder with intrinsics.yml and extrinsics.yml.
 FormatOutput write_opencv(const CameraFile& file, StorageKind kind, bool as_folder = false);
 FormatOutput write_ros(const CameraFile& file);

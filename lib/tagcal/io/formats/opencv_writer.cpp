@@ -9,61 +9,17 @@
 namespace tagcal::internal {
 namespace {
 
-// Text as cv::FileStorage writes it, in one of its three forms.
-class Storage {
- public:
-  explicit Storage(StorageKind kind) : kind_(kind) {}
-
-  void whole(std::string_view key, int value) { add(key, fmt::to_string(value)); }
-
-  void matrix(std::string_view key, const Eigen::MatrixXd& matrix) {
-    if (kind_ == StorageKind::yaml) {
-      body_ += matrix_yaml(key, matrix);
-      return;
-    }
-    const bool xml = kind_ == StorageKind::xml;
-    std::string data;
-    for (Eigen::Index row = 0; row < matrix.rows(); ++row)
-      for (Eigen::Index column = 0; column < matrix.cols(); ++column)
-        data += (data.empty() ? "" : xml ? " " : ", ") + dotted_number(matrix(row, column));
-    if (xml)
-      body_ += fmt::format(
-          "<{0} type_id=\"opencv-matrix\">\n  <rows>{1}</rows>\n  <cols>{2}</cols>\n"
-          "  <dt>d</dt>\n  <data>\n    {3}</data></{0}>\n",
-          key, matrix.rows(), matrix.cols(), data);
-    else
-      add(key, fmt::format("{{ \"type_id\": \"opencv-matrix\", \"rows\": {}, \"cols\": {}, "
-                           "\"dt\": \"d\", \"data\": [ {} ] }}",
-                           matrix.rows(), matrix.cols(), data));
+// As cv::FileStorage reads it between quotes; it ends a text at any other byte (OpenCV 4.6).
+std::string xml_text(std::string_view text) {
+  constexpr std::string_view kMarkup = "<>&\"'";
+  std::string escaped;
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    const bool is_plain = byte >= 0x20 && byte != 0x7f && kMarkup.find(c) == kMarkup.npos;
+    escaped += is_plain ? std::string(1, c) : fmt::format("&#x{:02x};", byte);
   }
-
-  bool is_empty() const { return body_.empty(); }
-
-  std::string text() const {
-    switch (kind_) {
-      case StorageKind::yaml:
-        return "%YAML:1.0\n---\n" + body_;
-      case StorageKind::xml:
-        return "<?xml version=\"1.0\"?>\n<opencv_storage>\n" + body_ + "</opencv_storage>\n";
-      case StorageKind::json:
-        return "{\n" + body_ + "\n}\n";
-    }
-    return "";
-  }
-
- private:
-  void add(std::string_view key, const std::string& value) {
-    if (kind_ == StorageKind::yaml)
-      body_ += fmt::format("{}: {}\n", key, value);
-    else if (kind_ == StorageKind::xml)
-      body_ += fmt::format("<{0}>{1}</{0}>\n", key, value);
-    else
-      body_ += fmt::format("{}    \"{}\": {}", body_.empty() ? "" : ",\n", key, value);
-  }
-
-  StorageKind kind_;
-  std::string body_;
-};
+  return escaped;
+}
 
 Eigen::MatrixXd row_of(std::span<const double> values) {
   return Eigen::RowVectorXd::Map(values.data(), static_cast<Eigen::Index>(values.size()));
@@ -88,6 +44,63 @@ Eigen::MatrixXd extrinsic_parameters(const std::vector<ImagePose>& poses) {
 
 }  // namespace
 
+void StorageText::whole(std::string_view key, int value) { add(key, fmt::to_string(value)); }
+
+void StorageText::texts(std::string_view key, const std::vector<std::string>& texts) {
+  const auto line = [](const std::string& text) {
+    return fmt::format("  \"{}\"\n", xml_text(text));
+  };
+  if (kind_ == StorageKind::yaml)
+    body_ += texts_yaml(key, texts);
+  else if (kind_ == StorageKind::xml)
+    add(key, "\n" + joined(texts, "", line));
+  else
+    add(key, "[ " + joined(texts, ", ", json_text) + " ]");
+}
+
+void StorageText::matrix(std::string_view key, const Eigen::MatrixXd& matrix, bool is_of_pixels) {
+  if (kind_ == StorageKind::yaml) {
+    body_ += matrix_yaml(key, matrix, 0, is_of_pixels);
+    return;
+  }
+  const bool xml = kind_ == StorageKind::xml;
+  std::string data;
+  for (Eigen::Index row = 0; row < matrix.rows(); ++row)
+    for (Eigen::Index column = 0; column < matrix.cols(); ++column)
+      data += (data.empty() ? "" : xml ? " " : ", ") + dotted_number(matrix(row, column));
+  const Eigen::Index columns = matrix.cols() / (is_of_pixels ? 2 : 1);
+  if (xml)
+    body_ += fmt::format(
+        "<{0} type_id=\"opencv-matrix\">\n  <rows>{1}</rows>\n  <cols>{2}</cols>\n"
+        "  <dt>{3}</dt>\n  <data>\n    {4}</data></{0}>\n",
+        key, matrix.rows(), columns, is_of_pixels ? "\"2d\"" : "d", data);
+  else
+    add(key, fmt::format("{{ \"type_id\": \"opencv-matrix\", \"rows\": {}, \"cols\": {}, "
+                         "\"dt\": \"{}\", \"data\": [ {} ] }}",
+                         matrix.rows(), columns, is_of_pixels ? "2d" : "d", data));
+}
+
+std::string StorageText::text() const {
+  switch (kind_) {
+    case StorageKind::yaml:
+      return "%YAML:1.0\n---\n" + body_;
+    case StorageKind::xml:
+      return "<?xml version=\"1.0\"?>\n<opencv_storage>\n" + body_ + "</opencv_storage>\n";
+    case StorageKind::json:
+      return "{\n" + body_ + "\n}\n";
+  }
+  return "";
+}
+
+void StorageText::add(std::string_view key, const std::string& value) {
+  if (kind_ == StorageKind::yaml)
+    body_ += fmt::format("{}: {}\n", key, value);
+  else if (kind_ == StorageKind::xml)
+    body_ += fmt::format("<{0}>{1}</{0}>\n", key, value);
+  else
+    body_ += fmt::format("{}    \"{}\": {}", body_.empty() ? "" : ",\n", key, value);
+}
+
 StorageKind storage_kind(std::string_view extension) {
   if (extension == ".xml" || extension == ".XML") return StorageKind::xml;
   if (extension == ".json" || extension == ".JSON") return StorageKind::json;
@@ -100,7 +113,7 @@ constexpr const char* kFisheyeNote =
     "the lens is a fisheye (fisheye_model: 1): use cv::fisheye, not cv::projectPoints";
 
 // The matrix and the coefficients of a camera.
-void add_lens(Storage& storage, const FileCamera& camera, const char* matrix,
+void add_lens(StorageText& storage, const FileCamera& camera, const char* matrix,
               const char* distortion) {
   if (!is_fisheye(camera)) perspective_numbers(camera, "opencv");  // throws for other lenses
   const CalibrationFile& calibration = camera.calibration;
@@ -109,7 +122,7 @@ void add_lens(Storage& storage, const FileCamera& camera, const char* matrix,
 }
 
 // M1, D1, M2, D2.
-Storage pair_intrinsics(const CameraFile& file, StorageKind kind) {
+StorageText pair_intrinsics(const CameraFile& file, StorageKind kind) {
   const FileCamera &left = file.cameras[0], &right = file.cameras[1];
   const ImageSize &size = left.calibration.camera.image_size,
                   &other = right.calibration.camera.image_size;
@@ -122,7 +135,7 @@ Storage pair_intrinsics(const CameraFile& file, StorageKind kind) {
     throw Error(
         "a stereo pair of opencv has lenses of one kind, and one of these is a fisheye: "
         "--model fits another lens");
-  Storage storage(kind);
+  StorageText storage(kind);
   storage.whole("image_width", size.width);
   storage.whole("image_height", size.height);
   add_lens(storage, left, "M1", "D1");
@@ -132,7 +145,7 @@ Storage pair_intrinsics(const CameraFile& file, StorageKind kind) {
 }
 
 // R, T and, as cv::stereoCalibrate has them, E and F.
-void add_pair_extrinsics(Storage& storage, const CameraFile& file) {
+void add_pair_extrinsics(StorageText& storage, const CameraFile& file) {
   const FileCamera &left = file.cameras[0], &right = file.cameras[1];
   const Pose right_from_left = *right.camera_from_rig * left.camera_from_rig->inverse();
   const Eigen::Matrix3d r = right_from_left.rotation().toRotationMatrix();
@@ -162,7 +175,7 @@ FormatOutput write_pair(const CameraFile& given, StorageKind kind, bool as_folde
   set_rectification(file);
   FormatOutput output;
   output.notes.assign(file.notes.begin() + std::ssize(given.notes), file.notes.end());
-  Storage storage = pair_intrinsics(file, kind), own(kind);
+  StorageText storage = pair_intrinsics(file, kind), own(kind);
   if (file.cameras[0].camera_from_rig && file.cameras[1].camera_from_rig)
     add_pair_extrinsics(as_folder ? own : storage, file);
   else
@@ -184,7 +197,7 @@ FormatOutput write_opencv(const CameraFile& file, StorageKind kind, bool as_fold
   const FileCamera& camera = only_camera(file, "opencv");
   const ImageSize& size = camera.calibration.camera.image_size;
   FormatOutput output;
-  Storage storage(kind);
+  StorageText storage(kind);
   storage.whole("image_width", size.width);
   storage.whole("image_height", size.height);
   add_lens(storage, camera, "camera_matrix", "distortion_coefficients");

@@ -4,6 +4,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -12,6 +13,15 @@
 // Private to io: numbers and values as text.
 
 namespace tagcal::internal {
+
+// The texts of items with a separator between them; `text_of`: a member or a function.
+template <typename Items, typename TextOf = std::identity>
+std::string joined(const Items& items, std::string_view separator, const TextOf& text_of = {}) {
+  std::string all;
+  for (const auto& item : items)
+    all.append(all.empty() ? "" : separator).append(std::invoke(text_of, item));
+  return all;
+}
 
 // Parses a finite decimal number; no value if `text` has anything else.
 inline std::optional<double> parse_number(std::string_view text) {
