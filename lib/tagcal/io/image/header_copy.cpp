@@ -57,15 +57,6 @@ void HeaderCopy::load(std::uint64_t at, std::uint64_t count) {
   read_part(descriptor_, at, {memory_ + at, end - at});
 }
 
-std::optional<std::uint64_t> HeaderCopy::number(std::uint64_t at, std::size_t count,
-                                                bool big_endian) const {
-  if (at > size_ || size_ - at < count) return std::nullopt;
-  std::uint64_t value = 0;
-  for (std::size_t i = 0; i < count; ++i)
-    value = value * 256 + static_cast<std::uint8_t>(memory_[at + (big_endian ? i : count - 1 - i)]);
-  return value;
-}
-
 void HeaderCopy::load_parts() {
   load(0, kFirstBytes);
   if (bytes().starts_with("\x89PNG"sv)) load_png();

@@ -6,6 +6,8 @@
 #include <span>
 #include <string_view>
 
+#include "tagcal/io/image/image_codec.hpp"
+
 namespace tagcal::internal {
 
 // Fills `bytes` with the part of an open file that begins at `at`. Throws Error if it cannot be
@@ -29,8 +31,10 @@ class HeaderCopy {
  private:
   // Reads a part of the file, as far as there is one; all of it once as many bytes were asked for.
   void load(std::uint64_t at, std::uint64_t count);
-  // A number of a part that was read; no value beyond the end.
-  std::optional<std::uint64_t> number(std::uint64_t at, std::size_t count, bool big_endian) const;
+  // A number of a part that was read, as number_at.
+  std::optional<std::uint64_t> number(std::uint64_t at, std::size_t count, bool big_endian) const {
+    return number_at(bytes(), at, count, big_endian);
+  }
 
   void load_parts();
   void load_png();

@@ -66,10 +66,7 @@ class BmpDecoder : public ImageDecoder {
  private:
   // The low byte first.
   std::uint32_t number(std::size_t at, std::size_t count) const {
-    std::uint32_t value = 0;
-    for (std::size_t i = count; i-- > 0;)
-      value = value * 256 + static_cast<std::uint8_t>(bytes_[at + i]);
-    return value;
+    return static_cast<std::uint32_t>(*number_at(bytes_, at, count, false));
   }
 
   // The palette stands between the header and the pixels, blue, green, red and (unless old) a zero.

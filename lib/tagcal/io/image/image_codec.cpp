@@ -64,6 +64,15 @@ constexpr Format kFormats[] = {
 
 }  // namespace
 
+std::optional<std::uint64_t> number_at(std::string_view bytes, std::uint64_t at, std::size_t count,
+                                       bool big_endian) {
+  if (at > bytes.size() || bytes.size() - at < count) return std::nullopt;
+  std::uint64_t value = 0;
+  for (std::size_t i = 0; i < count; ++i)
+    value = value * 256 + static_cast<std::uint8_t>(bytes[at + (big_endian ? i : count - 1 - i)]);
+  return value;
+}
+
 void check_picture_size(std::int64_t width, std::int64_t height) {
   if (width <= 0 || height <= 0) {
     throw Error(fmt::format("width and height must be > 0, got {}x{}", width, height));

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -13,6 +14,10 @@
 // file's name; image_file.cpp adds it.
 
 namespace tagcal::internal {
+
+// The unsigned number of `count` bytes at a place; no value beyond the end.
+std::optional<std::uint64_t> number_at(std::string_view bytes, std::uint64_t at, std::size_t count,
+                                       bool big_endian);
 
 // Throws Error for a side below 1 px and for more than 100 megapixels.
 void check_picture_size(std::int64_t width, std::int64_t height);

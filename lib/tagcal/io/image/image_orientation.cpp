@@ -9,43 +9,21 @@ namespace {
 
 using std::string_view_literals::operator""sv;
 
-// Reads unsigned numbers at offsets; no value beyond the end.
-class Numbers {
- public:
-  Numbers(std::string_view bytes, bool big_endian) : bytes_(bytes), big_endian_(big_endian) {}
-
-  std::optional<std::uint32_t> two(std::size_t at) const { return number(at, 2); }
-  std::optional<std::uint32_t> four(std::size_t at) const { return number(at, 4); }
-
- private:
-  std::optional<std::uint32_t> number(std::size_t at, std::size_t count) const {
-    if (at > bytes_.size() || bytes_.size() - at < count) return std::nullopt;
-    std::uint32_t value = 0;
-    for (std::size_t i = 0; i < count; ++i) {
-      const std::size_t next = big_endian_ ? i : count - 1 - i;
-      value = value * 256 + static_cast<std::uint8_t>(bytes_[at + next]);
-    }
-    return value;
-  }
-
-  std::string_view bytes_;
-  bool big_endian_;
-};
-
 // Exif is a TIFF: byte order, 42, the offset of the first directory; there the number of entries
 // and entries of 12 bytes (tag, type, count, value). Orientation is 0x0112 with two bytes of value.
 std::optional<int> tiff_orientation(std::string_view tiff) {
   if (!tiff.starts_with("II"sv) && !tiff.starts_with("MM"sv)) return std::nullopt;
-  const Numbers numbers(tiff, tiff.front() == 'M');
-  const auto directory = numbers.four(4);
-  if (numbers.two(2) != 42U || !directory) return std::nullopt;
-  const std::uint32_t count = numbers.two(*directory).value_or(0);
-  for (std::uint32_t i = 0; i < count; ++i) {
-    const std::size_t entry = std::size_t{*directory} + 2 + std::size_t{12} * i;
-    const auto tag = numbers.two(entry);
+  const bool big_endian = tiff.front() == 'M';
+  const auto directory = number_at(tiff, 4, 4, big_endian);
+  const auto two = [&](std::size_t at) { return number_at(tiff, at, 2, big_endian); };
+  if (two(2) != 42U || !directory) return std::nullopt;
+  const std::size_t count = two(*directory).value_or(0);
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t entry = *directory + 2 + 12 * i;
+    const auto tag = two(entry);
     if (!tag) return std::nullopt;
     if (*tag != 0x0112) continue;
-    const std::uint32_t value = numbers.two(entry + 8).value_or(0);
+    const std::uint64_t value = two(entry + 8).value_or(0);
     return value >= 1 && value <= 8 ? std::optional<int>(static_cast<int>(value)) : std::nullopt;
   }
   return std::nullopt;
@@ -54,7 +32,6 @@ std::optional<int> tiff_orientation(std::string_view tiff) {
 // A segment has 0xff, a marker and a length of two bytes that includes itself; the picture begins
 // with the marker 0xda.
 std::optional<int> find_in_jpeg(std::string_view bytes) {
-  const Numbers numbers(bytes, true);
   for (std::size_t at = 2; at + 4 <= bytes.size();) {
     if (bytes[at] != '\xff') return std::nullopt;
     const auto marker = static_cast<std::uint8_t>(bytes[at + 1]);
@@ -62,7 +39,7 @@ std::optional<int> find_in_jpeg(std::string_view bytes) {
       ++at;
       continue;
     }
-    const std::size_t length = numbers.two(at + 2).value_or(0);
+    const std::size_t length = number_at(bytes, at + 2, 2, true).value_or(0);
     if (marker == 0xda || length < 2) return std::nullopt;
     const std::string_view segment = bytes.substr(at + 4, length - 2);
     if (marker == 0xe1 && segment.starts_with("Exif\0\0"sv)) {
@@ -75,9 +52,8 @@ std::optional<int> find_in_jpeg(std::string_view bytes) {
 
 // A chunk has a length of four bytes, a name, the data and a checksum.
 std::optional<int> find_in_png(std::string_view bytes) {
-  const Numbers numbers(bytes, true);
   for (std::size_t at = 8; at + 8 <= bytes.size();) {
-    const std::size_t length = numbers.four(at).value_or(0);
+    const std::size_t length = number_at(bytes, at, 4, true).value_or(0);
     if (bytes.substr(at + 4, 4) == "eXIf"sv) return tiff_orientation(bytes.substr(at + 8, length));
     at += 12 + length;
   }
@@ -87,9 +63,8 @@ std::optional<int> find_in_png(std::string_view bytes) {
 // After "RIFF", four bytes and "WEBP", a chunk has a name, a length of four bytes with the low one
 // first, the data, and a zero if the length is odd. The data begin with "Exif" in some files.
 std::optional<int> find_in_webp(std::string_view bytes) {
-  const Numbers numbers(bytes, false);
   for (std::size_t at = 12; at + 8 <= bytes.size();) {
-    const std::size_t length = numbers.four(at + 4).value_or(0);
+    const std::size_t length = number_at(bytes, at + 4, 4, false).value_or(0);
     if (bytes.substr(at, 4) == "EXIF"sv) {
       const std::string_view exif = bytes.substr(at + 8, length);
       return tiff_orientation(exif.starts_with("Exif\0\0"sv) ? exif.substr(6) : exif);

@@ -37,20 +37,15 @@ std::string deflated_pixels(std::string_view png) {
   pixels.reserve(png.size());
   bool is_complete = false;
   for (png.remove_prefix(kSignature); png.size() >= kFrame;) {
-    const auto number = [&](std::size_t at) {
-      std::uint32_t value = 0;
-      for (std::size_t i = at; i < at + 4; ++i)
-        value = 256 * value + static_cast<unsigned char>(png[i]);
-      return value;
-    };
-    const std::size_t size = number(0);
+    const std::size_t size = *number_at(png, 0, 4, true);
     if (size > png.size() - kFrame) break;
     const std::string_view checked = png.substr(4, 4 + size);
     if (checked.starts_with("IEND")) return pixels;
     if (!checked.starts_with("IDAT")) {
       is_complete = !pixels.empty();
     } else {
-      if (is_complete || libdeflate_crc32(0, checked.data(), checked.size()) != number(8 + size))
+      if (is_complete ||
+          libdeflate_crc32(0, checked.data(), checked.size()) != number_at(png, 8 + size, 4, true))
         break;
       pixels += checked.substr(4);
     }
