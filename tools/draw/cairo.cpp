@@ -1,12 +1,68 @@
 #include "draw/cairo.hpp"
 
+#include <cairo/cairo-svg.h>
 #include <fmt/format.h>
 
+#include <cmath>
 #include <cstring>
+#include <numbers>
 
+#include "draw/canvas.hpp"
 #include "tagcal/error.hpp"
 
 namespace tagcal::tools {
+namespace {
+
+using study::Drawing, study::Path, study::Text;
+
+void set_colour(cairo_t* c, const std::string& colour, double opacity) {
+  const unsigned long rgb = std::stoul(colour.substr(1), nullptr, 16);
+  const auto part = [&](int shift) { return static_cast<double>(rgb >> shift & 255) / 255; };
+  cairo_set_source_rgba(c, part(16), part(8), part(0), opacity);
+}
+
+void paint(const Path& path, cairo_t* c) {
+  if (path.points.empty()) return;
+  set_colour(c, path.colour, path.opacity);
+  cairo_new_path(c);  // without the place where a text ended
+  for (const Eigen::Vector2d& p : path.points) cairo_line_to(c, p.x(), p.y());
+  if (path.width == 0) {
+    cairo_fill(c);
+    return;
+  }
+  cairo_set_line_width(c, path.width);
+  cairo_set_dash(c, &path.dash, path.dash > 0 ? 1 : 0, 0);
+  cairo_stroke(c);
+}
+
+void paint(const Text& text, cairo_t* c) {
+  set_colour(c, text.colour, 1);
+  cairo_select_font_face(c, "DejaVu Sans", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
+  cairo_set_font_size(c, 1.25 * text.size);  // sizes are points of 96 to an inch, as in a browser
+  cairo_text_extents_t extents;
+  cairo_text_extents(c, text.text.c_str(), &extents);
+  const double along = text.at == Text::At::left     ? 0
+                       : text.at == Text::At::middle ? extents.x_advance / 2
+                                                     : extents.x_advance;
+  cairo_save(c);
+  cairo_translate(c, text.place.x(), text.place.y());
+  if (text.upwards) cairo_rotate(c, -std::numbers::pi / 2);
+  cairo_move_to(c, -along, 0.36 * 1.25 * text.size);  // half the height of a capital letter
+  cairo_show_text(c, text.text.c_str());
+  cairo_restore(c);
+}
+
+void paint(const Drawing& drawing, cairo_surface_t* surface, double scale) {
+  const CairoContext context(cairo_create(surface));
+  cairo_t* const c = context.get();
+  cairo_scale(c, scale, scale);
+  cairo_set_source_rgb(c, 1, 1, 1);
+  cairo_paint(c);
+  for (const auto& item : drawing.items)
+    std::visit([&](const auto& shape) { paint(shape, c); }, item);
+}
+
+}  // namespace
 
 cairo_status_t append_to_text(void* text, const unsigned char* data, unsigned int length) {
   static_cast<std::string*>(text)->append(data, data + length);
@@ -50,6 +106,27 @@ ImageRgb image_of(cairo_surface_t* surface) {
                      static_cast<std::uint8_t>(pixel)};
     }
   return image;
+}
+
+std::string drawing_svg(const Drawing& drawing) {
+  std::string text;
+  const CairoSurface surface(
+      cairo_svg_surface_create_for_stream(append_to_text, &text, drawing.width, drawing.height));
+  cairo_svg_surface_set_document_unit(surface.get(), CAIRO_SVG_UNIT_PX);
+  paint(drawing, surface.get(), 1);
+  cairo_surface_finish(surface.get());
+  check_cairo(surface.get(), "the drawing");
+  return text;
+}
+
+ImageRgb drawing_image(const Drawing& drawing, double pixels_per_unit) {
+  const auto pixels = [&](double length) {
+    return static_cast<int>(std::lround(pixels_per_unit * length));
+  };
+  const CairoSurface surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24, pixels(drawing.width),
+                                                        pixels(drawing.height)));
+  paint(drawing, surface.get(), pixels_per_unit);
+  return image_of(surface.get());
 }
 
 }  // namespace tagcal::tools

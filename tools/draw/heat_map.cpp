@@ -6,12 +6,33 @@
 #include <array>
 #include <cmath>
 
+#include "job/shown_parameters.hpp"
+#include "tagcal/io/image_file.hpp"
+#include "tagcal/io/text_file.hpp"
+
 namespace tagcal::tools {
 namespace {
 
 using Eigen::Vector2d;
 
-constexpr int kBarHeight = 14, kBarMargin = 8;
+constexpr int kHeatMapWidth = 640, kColourBarHeight = 40;  // of a drawing, pixels
+constexpr int kTitleHeight = 30, kBarHeight = 14, kBarMargin = 8;
+
+struct HeatMap {
+  ImageGrid grid;
+  Eigen::MatrixXd values;  // at the nodes (rows x columns); what is not finite has the last colour
+  double lowest_px = 0.001;
+  double highest_px = 10;
+
+  int height() const;  // of the drawing
+
+  // 0 for the lowest value, 1 for the highest; between the nodes bilinear. `x` and `y` from 0 to 1
+  // over the image.
+  double level(double x, double y) const;
+
+  // The place of a pixel in the drawing, which begins at `top`.
+  Eigen::Vector2d place(const Eigen::Vector2d& pixel, double top) const;
+};
 
 double level_of(double value, const HeatMap& map) {
   if (!std::isfinite(value)) return 1;
@@ -19,21 +40,6 @@ double level_of(double value, const HeatMap& map) {
       std::log(std::max(value, 1e-300) / map.lowest_px) / std::log(map.highest_px / map.lowest_px),
       0.0, 1.0);
 }
-
-std::string hex(const Rgb& colour) {
-  return fmt::format("#{:02x}{:02x}{:02x}", colour[0], colour[1], colour[2]);
-}
-
-// The powers of ten on the scale.
-std::vector<double> decades(const HeatMap& map) {
-  std::vector<double> all;
-  const int last = static_cast<int>(std::lround(std::log10(map.highest_px)));
-  for (int i = static_cast<int>(std::lround(std::log10(map.lowest_px))); i <= last; ++i)
-    all.push_back(std::pow(10.0, i));
-  return all;
-}
-
-}  // namespace
 
 int HeatMap::height() const {
   const double ratio = static_cast<double>(grid.size.height) / grid.size.width;
@@ -55,6 +61,20 @@ Vector2d HeatMap::place(const Vector2d& pixel, double top) const {
           top + (pixel.y() + 0.5) * height() / grid.size.height};
 }
 
+std::string hex(const Rgb& colour) {
+  return fmt::format("#{:02x}{:02x}{:02x}", colour[0], colour[1], colour[2]);
+}
+
+// The powers of ten on the scale.
+std::vector<double> decades(const HeatMap& map) {
+  std::vector<double> all;
+  const int last = static_cast<int>(std::lround(std::log10(map.highest_px)));
+  for (int i = static_cast<int>(std::lround(std::log10(map.lowest_px))); i <= last; ++i)
+    all.push_back(std::pow(10.0, i));
+  return all;
+}
+
+// The colour of a level.
 Rgb heat_colour(double level) {
   static constexpr std::array<std::array<double, 3>, 5> kStops = {
       {{49, 90, 170}, {66, 160, 160}, {150, 200, 110}, {245, 205, 90}, {200, 60, 45}}};
@@ -68,6 +88,7 @@ Rgb heat_colour(double level) {
   return rgb;
 }
 
+// The start of an SVG file of this height on white.
 std::string heat_svg_head(int height) {
   return fmt::format(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0}\" height=\"{1}\" "
@@ -92,6 +113,7 @@ std::string heat_cells_svg(const HeatMap& map, double top) {
   return svg;
 }
 
+// A dashed polygon around the pixels of a hull.
 std::string heat_hull_svg(const HeatMap& map, std::span<const Vector2d> hull, double top) {
   std::string points;
   for (const Vector2d& pixel : hull) {
@@ -104,6 +126,7 @@ std::string heat_hull_svg(const HeatMap& map, std::span<const Vector2d> hull, do
       points);
 }
 
+// The texts of the values at some nodes.
 std::string heat_numbers_svg(const HeatMap& map, double top,
                              const std::function<std::string(double)>& text_of) {
   std::string svg;
@@ -117,6 +140,7 @@ std::string heat_numbers_svg(const HeatMap& map, double top,
   return svg;
 }
 
+// The scale, with a number for each power of ten.
 std::string colour_bar_svg(const HeatMap& map, double top) {
   constexpr int kSteps = 64;
   const double width = kHeatMapWidth - 2.0 * kBarMargin;
@@ -135,6 +159,7 @@ std::string colour_bar_svg(const HeatMap& map, double top) {
   return svg;
 }
 
+// The map and below it the scale, with a mark at each power of ten.
 ImageRgb heat_picture(const HeatMap& map) {
   const int height = map.height();
   ImageRgb picture({kHeatMapWidth, height + 2 * kBarMargin + kBarHeight});
@@ -158,6 +183,75 @@ ImageRgb heat_picture(const HeatMap& map) {
     for (int y = height + kBarMargin; y < picture.height(); ++y) picture(x, y) = {0, 0, 0};
   }
   return picture;
+}
+
+HeatMap map_of(const LensFit& fit) { return {fit.grid, fit.difference_px}; }
+
+HeatMap map_of(const ProjectionUncertainty& p) { return {p.grid, p.sigma_px}; }
+
+std::string uncertainty_svg(const Calibration& calibration) {
+  const int panel = map_of(calibration.projection.front()).height() + kTitleHeight;
+  std::string svg = heat_svg_head(panel * static_cast<int>(calibration.projection.size()));
+  for (std::size_t i = 0; i < calibration.projection.size(); ++i) {
+    const ProjectionUncertainty& p = calibration.projection[i];
+    const double title = static_cast<double>(panel) * static_cast<double>(i);
+    const double top = title + kTitleHeight;
+    const HeatMap map = map_of(p);
+    svg += fmt::format(
+        "<text x=\"8\" y=\"{:.0f}\">sd of the projection at {}, pixels per coordinate; dashed: "
+        "where corners were</text>\n",
+        title + 20, distance_text(p.distance_m));
+    svg += heat_cells_svg(map, top) + heat_hull_svg(map, calibration.seen.hull(), top) +
+           heat_numbers_svg(map, top, [&p](double sigma) {
+             return std::isnan(sigma)               ? "no ray"
+                    : has_bound(sigma, p.grid.size) ? fmt::format("{:.2g}", sigma)
+                                                    : "no bound";
+           });
+  }
+  return svg + "</svg>\n";
+}
+
+Image8 uncertainty_image(const Calibration& calibration) {
+  const int height = map_of(calibration.projection.front()).height();
+  Image8 image({kHeatMapWidth, height * static_cast<int>(calibration.projection.size())});
+  for (std::size_t i = 0; i < calibration.projection.size(); ++i) {
+    const HeatMap map = map_of(calibration.projection[i]);
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < kHeatMapWidth; ++x)
+        image(x, static_cast<int>(i) * height + y) = static_cast<std::uint8_t>(
+            std::lround(255 * map.level((x + 0.5) / kHeatMapWidth, (y + 0.5) / height)));
+  }
+  return image;
+}
+
+}  // namespace
+
+std::string lens_fit_svg(const LensFit& fit, const SeenRegion& seen) {
+  const HeatMap map = map_of(fit);
+  const int bottom = kTitleHeight + map.height();
+  std::string svg = heat_svg_head(bottom + kColourBarHeight);
+  svg +=
+      fmt::format("<text x=\"8\" y=\"20\">difference of model {} from the lens, pixels{}</text>\n",
+                  fit.model->name(), seen.hull().empty() ? "" : "; dashed: where corners were");
+  svg += heat_cells_svg(map, kTitleHeight);
+  if (!seen.hull().empty()) svg += heat_hull_svg(map, seen.hull(), kTitleHeight);
+  svg += heat_numbers_svg(map, kTitleHeight, [](double px) {
+    return std::isnan(px) ? "no ray" : std::isinf(px) ? "none" : fmt::format("{:.2g}", px);
+  });
+  return svg + colour_bar_svg(map, bottom) + "</svg>\n";
+}
+
+ImageRgb lens_fit_image(const LensFit& fit) { return heat_picture(map_of(fit)); }
+
+std::string distance_text(double distance_m) {
+  return std::isfinite(distance_m) ? fmt::format("{:.3g} m", distance_m) : "infinity";
+}
+
+void write_uncertainty_picture(const std::filesystem::path& file, const Calibration& calibration) {
+  if (file.extension() == ".png")
+    write_png(file, uncertainty_image(calibration));
+  else
+    write_whole(file, uncertainty_svg(calibration));
 }
 
 }  // namespace tagcal::tools

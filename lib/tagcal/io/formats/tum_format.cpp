@@ -2,9 +2,31 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <filesystem>
+#include <set>
+
 #include "tagcal/error.hpp"
+#include "tagcal/io/text/number_text.hpp"
 
 namespace tagcal::internal {
+namespace {
+
+// The number that is the picture's name, in the digits of the name. "" if the name is no number.
+std::string time_in_name(const ImagePose& pose) {
+  const std::string stem = std::filesystem::path(pose.image).stem().string();
+  const bool digits = !stem.empty() && stem.find_first_not_of("0123456789.") == std::string::npos;
+  if (!digits || !parse_number(stem)) return "";
+  constexpr std::size_t kNanosecondDigits = 16;  // numeric: seconds since 1970 have 10 digits
+  if (stem.find('.') != std::string::npos || stem.size() < kNanosecondDigits) return stem;
+  return stem.substr(0, stem.size() - 9) + "." + stem.substr(stem.size() - 9);
+}
+
+std::string own_time(const ImagePose& pose) {
+  return pose.time_s && *pose.time_s >= 0 ? fmt::format("{:.6f}", *pose.time_s) : "";
+}
+
+}  // namespace
 
 FormatOutput write_tum(const CameraFile& file) {
   if (file.poses.empty())
@@ -24,6 +46,22 @@ FormatOutput write_tum(const CameraFile& file) {
   output.notes.push_back(times.note);
   output.notes.emplace_back("dropped: the camera and the names of the pictures");
   return output;
+}
+
+PoseTimes times_of(const std::vector<ImagePose>& poses) {
+  PoseTimes times;
+  const auto take = [&](std::string (*time)(const ImagePose&), const char* note) {
+    times = {{}, note};
+    for (const ImagePose& pose : poses) times.seconds.push_back(time(pose));
+    return std::ranges::none_of(times.seconds, &std::string::empty) &&
+           std::set<std::string>(times.seconds.begin(), times.seconds.end()).size() == poses.size();
+  };
+  if (take(own_time, "timestamps are the times of the pictures") ||
+      take(time_in_name, "timestamps are the names of the pictures, in seconds"))
+    return times;
+  times.note = "timestamps are the numbers of the pictures, from 0: their names are no times";
+  for (std::size_t i = 0; i < poses.size(); ++i) times.seconds[i] = fmt::to_string(i);
+  return times;
 }
 
 }  // namespace tagcal::internal
