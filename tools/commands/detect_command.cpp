@@ -14,7 +14,6 @@
 #include "job/arguments.hpp"
 #include "job/find_corners.hpp"
 #include "job/messages.hpp"
-#include "job/output_folder.hpp"
 #include "job/outputs.hpp"
 #include "job/plain_text.hpp"
 #include "job/progress.hpp"
@@ -22,7 +21,6 @@
 #include "tagcal/detect/explain.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/dataset_file.hpp"
-#include "tagcal/io/image_file.hpp"
 #include "tagcal/io/text_file.hpp"
 
 namespace tagcal::tools {
@@ -39,18 +37,6 @@ struct Arguments {
   int border_bits = 0;  // 0: not given
   int threads = 0;
 };
-
-void draw(const Input& input, const std::vector<std::string>& names, OutputFolder& folder) {
-  Progress progress("drawing", static_cast<int>(input.images.size()));
-  for (std::size_t i = 0; i < input.images.size(); ++i) {
-    progress.update(static_cast<int>(i));
-    const ImageRgb drawing =
-        draw_tags(input.images[i].load(), input.dataset.views[i],
-                  i < input.unfitted.size() ? input.unfitted[i] : std::vector<UnfittedTag>());
-    write_png(folder.path() / names[i], drawing);
-  }
-  folder.publish();
-}
 
 std::string ids_text(const std::vector<int>& ids) {
   return ids.empty() ? "none" : fmt::format("{}", fmt::join(ids, " "));
@@ -114,10 +100,11 @@ int run(const Arguments& arguments) {
   detect_views(input, arguments.threads, true, camera ? &*camera : nullptr);
   const std::string csv = observations_csv(input.dataset.views, input.times_s);
   write_table(csv, arguments.out, arguments.json);
-  if (drawings) {
-    draw(input, drawing_names(input, arguments.draw), *drawings);
-    say_wrote(arguments.draw);
-  }
+  if (drawings)
+    draw_pictures(input, arguments.draw, *drawings, [&](std::size_t i) {
+      return draw_tags(input.images[i].load(), input.dataset.views[i],
+                       i < input.unfitted.size() ? input.unfitted[i] : std::vector<UnfittedTag>());
+    });
   print_warnings(input.warnings);
   if (arguments.json)
     print_result(json_text(detection_json(input, rows_json(csv, {"image"}))));

@@ -13,7 +13,6 @@
 #include "job/camera_input.hpp"
 #include "job/command.hpp"
 #include "job/messages.hpp"
-#include "job/output_folder.hpp"
 #include "job/outputs.hpp"
 #include "job/plain_text.hpp"
 #include "job/progress.hpp"
@@ -66,17 +65,6 @@ View view_of(const DetectedTag& tag, const std::string& name) {
   return view;
 }
 
-void draw(const Input& input, const TagsOfPictures& tags, const std::string& to,
-          OutputFolder& folder) {
-  const std::vector<std::string> names = drawing_names(input, to);
-  Progress progress("drawing", static_cast<int>(input.images.size()));
-  for (std::size_t i = 0; i < input.images.size(); ++i) {
-    progress.update(static_cast<int>(i));
-    write_png(folder.path() / names[i], draw_tags(input.images[i].load(), tags[i]));
-  }
-  folder.publish();
-}
-
 }  // namespace
 
 std::string other_kind_text(const Input& input) {
@@ -89,6 +77,20 @@ std::string other_kind_text(const Input& input) {
   if (most == found.decoded.end() || most->ids.size() < 2) return "";  // one is read by chance
   return fmt::format("what to do {} shows {} tags of another kind: --family {} --border-bits {}\n",
                      input.images.front().name, most->ids.size(), most->family, most->border_bits);
+}
+
+void draw_pictures(const Input& input, const std::string& to, OutputFolder& folder,
+                   const std::function<ImageRgb(std::size_t picture)>& draw) {
+  const std::vector<std::string> names = drawing_names(input, to);
+  {
+    Progress progress("drawing", static_cast<int>(input.images.size()));
+    for (std::size_t i = 0; i < input.images.size(); ++i) {
+      progress.update(static_cast<int>(i));
+      write_png(folder.path() / names[i], draw(i));
+    }
+    folder.publish();
+  }
+  say_wrote(to);
 }
 
 std::vector<std::string> drawing_names(const Input& input, const std::string& folder) {
@@ -160,8 +162,9 @@ int run_tag_search(const TagSearch& search) {
   }
   const std::string csv = tags_csv(names, tags);
   write_table(csv, search.out, search.json);
-  if (drawings) draw(input, tags, search.draw, *drawings);
-  if (!search.draw.empty()) say_wrote(search.draw);
+  if (drawings)
+    draw_pictures(input, search.draw, *drawings,
+                  [&](std::size_t i) { return draw_tags(input.images[i].load(), tags[i]); });
   print_warnings(input.warnings);
   const bool is_nothing = std::ranges::all_of(num_tags, [](std::size_t n) { return n == 0; });
   if (search.json) {

@@ -1,9 +1,12 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
 #include "job/input.hpp"
+#include "job/output_folder.hpp"
+#include "tagcal/scene/image.hpp"
 
 namespace tagcal::tools {
 
@@ -29,6 +32,10 @@ std::string other_kind_text(const Input& input);
 
 // Prints or writes the corners with the column `instance`. Returns the exit code.
 int run_tag_search(const TagSearch& search);
+
+// Draws all pictures of the input into the folder at `to`, and says so.
+void draw_pictures(const Input& input, const std::string& to, OutputFolder& folder,
+                   const std::function<ImageRgb(std::size_t picture)>& draw);
 
 // Names of the drawings: each picture is drawn under its own name, whatever its folder and format.
 std::vector<std::string> drawing_names(const Input& input, const std::string& folder);

@@ -193,6 +193,19 @@ class ObservationReader {
   CsvFields csv_;
 };
 
+// A line without the columns behind those of the covariance, and without its end.
+void add_corner(const std::string& image, const Observation& o, bool has_covariances,
+                fmt::memory_buffer& out) {
+  const auto end = std::back_inserter(out);
+  fmt::format_to(end, "{},{},{},{},{}", image, o.id.tag_id, o.id.corner, o.pixel.x(), o.pixel.y());
+  if (o.covariance_px2) {
+    const Matrix2& s = *o.covariance_px2;
+    fmt::format_to(end, ",{},{},{}", s(0, 0), s(0, 1), s(1, 1));
+  } else if (has_covariances) {
+    fmt::format_to(end, ",,,");
+  }
+}
+
 }  // namespace
 
 std::vector<View> read_observations(const std::filesystem::path& file,
@@ -227,14 +240,7 @@ std::string observations_csv(const std::vector<View>& views,
     std::string last = times_s.empty() ? "" : ",";
     if (time != times_s.end()) last += fmt::format("{:.6f}", time->second);
     for (const Observation& o : view.observations) {
-      fmt::format_to(end, "{},{},{},{},{}", image, o.id.tag_id, o.id.corner, o.pixel.x(),
-                     o.pixel.y());
-      if (o.covariance_px2) {
-        const Matrix2& s = *o.covariance_px2;
-        fmt::format_to(end, ",{},{},{}", s(0, 0), s(0, 1), s(1, 1));
-      } else if (has_covariances) {
-        fmt::format_to(end, ",,,");
-      }
+      add_corner(image, o, has_covariances, out);
       fmt::format_to(end, "{}\n", last);
     }
   }
@@ -257,14 +263,9 @@ std::string tags_csv(const std::vector<std::string>& images,
     for (const DetectedTag& tag : tags[i]) {
       const int instance = count[tag.id]++;
       for (int c = 0; c < 4; ++c) {
-        const Eigen::Vector2d& at = tag.corners[static_cast<std::size_t>(c)];
-        fmt::format_to(end, "{},{},{},{},{}", image, tag.id, c, at.x(), at.y());
-        if (tag.covariance_px2) {
-          const Matrix2 s = tag.covariance_px2->block<2, 2>(2 * c, 2 * c);
-          fmt::format_to(end, ",{},{},{}", s(0, 0), s(0, 1), s(1, 1));
-        } else if (has_covariances) {
-          fmt::format_to(end, ",,,");
-        }
+        Observation seen{{tag.id, c}, tag.corners[static_cast<std::size_t>(c)], {}};
+        if (tag.covariance_px2) seen.covariance_px2 = tag.covariance_px2->block<2, 2>(2 * c, 2 * c);
+        add_corner(image, seen, has_covariances, out);
         fmt::format_to(end, ",{}\n", instance);
       }
     }
