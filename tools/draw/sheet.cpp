@@ -28,6 +28,38 @@ constexpr double kTextHeight = 3;
 constexpr double kLineHeight = 4;
 constexpr double kCaptionGap = 8;
 
+constexpr double kScale = 100;  // units of the outlines in a millimetre: curves are cut finely
+
+// A context of no surface's own pixels, with the font.
+class Font {
+ public:
+  explicit Font(double height_mm)
+      : surface_(cairo_recording_surface_create(CAIRO_CONTENT_ALPHA, nullptr)),
+        context_(cairo_create(surface_.get())) {
+    cairo_select_font_face(context_.get(), "sans-serif", CAIRO_FONT_SLANT_NORMAL,
+                           CAIRO_FONT_WEIGHT_NORMAL);
+    cairo_set_font_size(context_.get(), kScale * height_mm);
+    const std::unique_ptr<cairo_font_options_t, decltype(&cairo_font_options_destroy)> options(
+        cairo_font_options_create(), cairo_font_options_destroy);
+    cairo_font_options_set_hint_style(options.get(), CAIRO_HINT_STYLE_NONE);
+    cairo_font_options_set_hint_metrics(options.get(), CAIRO_HINT_METRICS_OFF);
+    cairo_set_font_options(context_.get(), options.get());
+  }
+
+  cairo_t* context() const { return context_.get(); }
+
+ private:
+  CairoSurface surface_;
+  CairoContext context_;
+};
+
+double text_width(const std::string& text, double height_mm) {
+  const Font font(height_mm);
+  cairo_text_extents_t extents;
+  cairo_text_extents(font.context(), text.c_str(), &extents);
+  return extents.x_advance / kScale;
+}
+
 Contour rectangle(double left, double top, double right, double bottom) {
   return {Vector2d(left, bottom), Vector2d(right, bottom), Vector2d(right, top),
           Vector2d(left, top)};
@@ -106,31 +138,6 @@ Footer footer_of(double page_width, const SheetFrame& frame) {
   }
   return footer;
 }
-
-constexpr double kScale = 100;  // units of the outlines in a millimetre: curves are cut finely
-
-// A context of no surface's own pixels, with the font.
-class Font {
- public:
-  explicit Font(double height_mm)
-      : surface_(cairo_recording_surface_create(CAIRO_CONTENT_ALPHA, nullptr)),
-        context_(cairo_create(surface_.get())) {
-    cairo_select_font_face(context_.get(), "sans-serif", CAIRO_FONT_SLANT_NORMAL,
-                           CAIRO_FONT_WEIGHT_NORMAL);
-    cairo_set_font_size(context_.get(), kScale * height_mm);
-    const std::unique_ptr<cairo_font_options_t, decltype(&cairo_font_options_destroy)> options(
-        cairo_font_options_create(), cairo_font_options_destroy);
-    cairo_font_options_set_hint_style(options.get(), CAIRO_HINT_STYLE_NONE);
-    cairo_font_options_set_hint_metrics(options.get(), CAIRO_HINT_METRICS_OFF);
-    cairo_set_font_options(context_.get(), options.get());
-  }
-
-  cairo_t* context() const { return context_.get(); }
-
- private:
-  CairoSurface surface_;
-  CairoContext context_;
-};
 
 }  // namespace
 
@@ -228,13 +235,6 @@ std::vector<Contour> text_contours(const std::string& text, const Vector2d& base
   }
   std::erase_if(contours, [](const Contour& contour) { return contour.size() < 3; });
   return contours;
-}
-
-double text_width(const std::string& text, double height_mm) {
-  const Font font(height_mm);
-  cairo_text_extents_t extents;
-  cairo_text_extents(font.context(), text.c_str(), &extents);
-  return extents.x_advance / kScale;
 }
 
 }  // namespace tagcal::tools

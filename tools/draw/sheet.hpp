@@ -63,8 +63,6 @@ Image8 sheet_image(const Sheet& sheet, double pixels_per_mm);
 std::vector<Contour> text_contours(const std::string& text, const Eigen::Vector2d& baseline,
                                    double height_mm);
 
-double text_width(const std::string& text, double height_mm);
-
 // A PDF of one page, true to scale.
 std::string sheet_pdf(const Sheet& sheet, const std::string& title);
 

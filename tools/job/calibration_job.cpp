@@ -161,13 +161,6 @@ bool is_said(const Calibration& calibration, const std::string& warning) {
          });
 }
 
-Calibration calibrate_or_refuse(const CalibrationJob& job, const CalibrateOptions& options,
-                                Input& input) {
-  if (auto refused = refusal_of(input)) return *std::move(refused);
-  if (input.frames) naming_options([&] { take_chosen_frames(job, options, input); });
-  return naming_options([&] { return calibrate_input(job, input, options); });
-}
-
 std::string fate_text(FrameFate fate, double speed_px) {
   switch (fate) {
     case FrameFate::used:
@@ -198,6 +191,60 @@ void keep_pictures(const std::string& place, const Input& input) {
     write_picture(folder.path() / (view.image + ".png"), read_picture(input.files.at(view.image)));
   folder.publish();
   say_wrote(place);
+}
+
+// Throws Error if the job asks for something of chosen frames, but the input has none.
+void check_frame_options(const CalibrationJob& job, const Input& input) {
+  if (input.frames) return;
+  const char* const option = !job.keep.empty()     ? "--keep"
+                             : job.until_px > 0    ? "--until"
+                             : job.explains_frames ? "--explain"
+                                                   : nullptr;
+  if (option)
+    throw Error(
+        fmt::format("{}: belongs to the frames that are chosen of one video or bag, with "
+                    "--frames auto",
+                    option));
+}
+
+// "1500 frames: 812 looked at, 810 with board, 40 fast, 670 add nothing, 100 used"
+std::string tally_text(const FrameTally& tally) {
+  std::string text = fmt::format("{} frames: {} looked at, {} with board", tally.all,
+                                 tally.looked_at, tally.with_board);
+  if (tally.fast > 0) text += fmt::format(", {} fast", tally.fast);
+  if (tally.no_pose > 0) text += fmt::format(", {} without a pose", tally.no_pose);
+  return text + fmt::format(", {} add nothing, {} used", tally.nothing, tally.used);
+}
+
+// Keeps the views of the frames that add most (choose_frames), counts what became of the others,
+// says so, and fills the folder `keep`, if there is one.
+void take_chosen_frames(const CalibrationJob& job, const CalibrateOptions& options, Input& input) {
+  std::vector<double> times_s;
+  for (const View& view : input.dataset.views) times_s.push_back(input.times_s.at(view.image));
+  const FrameSelection chosen = choose_frames(input.dataset, times_s, options, job.until_px);
+  for (std::size_t i = 0; i < times_s.size(); ++i) {
+    count(chosen.fates[i], *input.frames);
+    if (job.explains_frames)
+      print_to_stderr("{}: {}\n", input.dataset.views[i].image,
+                      fate_text(chosen.fates[i], chosen.speeds_px[i]));
+  }
+  std::vector<View> views;
+  std::vector<std::vector<UnfittedTag>> unfitted;
+  for (const std::size_t i : chosen.used) {
+    views.push_back(std::move(input.dataset.views[i]));
+    if (i < input.unfitted.size()) unfitted.push_back(std::move(input.unfitted[i]));
+  }
+  input.dataset.views = std::move(views);
+  input.unfitted = std::move(unfitted);
+  print_note("{}\n", tally_text(*input.frames));
+  if (!job.keep.empty()) keep_pictures(job.keep, input);
+}
+
+Calibration calibrate_or_refuse(const CalibrationJob& job, const CalibrateOptions& options,
+                                Input& input) {
+  if (auto refused = refusal_of(input)) return *std::move(refused);
+  if (input.frames) naming_options([&] { take_chosen_frames(job, options, input); });
+  return naming_options([&] { return calibrate_input(job, input, options); });
 }
 
 }  // namespace
@@ -235,49 +282,6 @@ CalibrationAnswer run_job(const CalibrationJob& job, Input* used) {
   answer.seconds.total = watch.seconds();
   if (used) *used = std::move(input);
   return answer;
-}
-
-void check_frame_options(const CalibrationJob& job, const Input& input) {
-  if (input.frames) return;
-  const char* const option = !job.keep.empty()     ? "--keep"
-                             : job.until_px > 0    ? "--until"
-                             : job.explains_frames ? "--explain"
-                                                   : nullptr;
-  if (option)
-    throw Error(
-        fmt::format("{}: belongs to the frames that are chosen of one video or bag, with "
-                    "--frames auto",
-                    option));
-}
-
-void take_chosen_frames(const CalibrationJob& job, const CalibrateOptions& options, Input& input) {
-  std::vector<double> times_s;
-  for (const View& view : input.dataset.views) times_s.push_back(input.times_s.at(view.image));
-  const FrameSelection chosen = choose_frames(input.dataset, times_s, options, job.until_px);
-  for (std::size_t i = 0; i < times_s.size(); ++i) {
-    count(chosen.fates[i], *input.frames);
-    if (job.explains_frames)
-      print_to_stderr("{}: {}\n", input.dataset.views[i].image,
-                      fate_text(chosen.fates[i], chosen.speeds_px[i]));
-  }
-  std::vector<View> views;
-  std::vector<std::vector<UnfittedTag>> unfitted;
-  for (const std::size_t i : chosen.used) {
-    views.push_back(std::move(input.dataset.views[i]));
-    if (i < input.unfitted.size()) unfitted.push_back(std::move(input.unfitted[i]));
-  }
-  input.dataset.views = std::move(views);
-  input.unfitted = std::move(unfitted);
-  print_note("{}\n", tally_text(*input.frames));
-  if (!job.keep.empty()) keep_pictures(job.keep, input);
-}
-
-std::string tally_text(const FrameTally& tally) {
-  std::string text = fmt::format("{} frames: {} looked at, {} with board", tally.all,
-                                 tally.looked_at, tally.with_board);
-  if (tally.fast > 0) text += fmt::format(", {} fast", tally.fast);
-  if (tally.no_pose > 0) text += fmt::format(", {} without a pose", tally.no_pose);
-  return text + fmt::format(", {} add nothing, {} used", tally.nothing, tally.used);
 }
 
 }  // namespace tagcal::tools

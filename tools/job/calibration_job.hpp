@@ -49,14 +49,4 @@ struct CalibrationAnswer {
 // null, gets the input with the views that were calibrated. Throws Error for bad input.
 CalibrationAnswer run_job(const CalibrationJob& job, Input* used = nullptr);
 
-// Throws Error if the job asks for something of chosen frames, but the input has none.
-void check_frame_options(const CalibrationJob& job, const Input& input);
-
-// Keeps the views of the frames that add most (choose_frames), counts what became of the others,
-// says so, and fills the folder `keep`, if there is one.
-void take_chosen_frames(const CalibrationJob& job, const CalibrateOptions& options, Input& input);
-
-// "1500 frames: 812 looked at, 810 with board, 40 fast, 670 add nothing, 100 used"
-std::string tally_text(const FrameTally& tally);
-
 }  // namespace tagcal::tools

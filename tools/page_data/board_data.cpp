@@ -121,8 +121,8 @@ double claimed_sd_px(const Calibration& calibration, const Observation& seen) {
   return std::sqrt(variance + calibration.model_error_px * calibration.model_error_px);
 }
 
-}  // namespace
-
+// Points of the boards in the world; of the one flat board as BoardWarp places them, if there is
+// one.
 std::map<CornerId, Vector3d> bent_points_in_world(const std::vector<PlacedBoard>& boards,
                                                   const std::optional<BoardWarp>& warp) {
   const PlacedBoard* const placed = warp ? flat_board(boards) : nullptr;
@@ -138,6 +138,8 @@ std::map<CornerId, Vector3d> bent_points_in_world(const std::vector<PlacedBoard>
   }
   return bent;
 }
+
+}  // namespace
 
 PageJson boards_json(const std::vector<PlacedBoard>& boards) {
   PageJson list = PageJson::array();

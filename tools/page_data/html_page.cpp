@@ -39,8 +39,8 @@ bool may_be_replaced(const fs::path& file) {
   return stream.gcount() == 0 || start == kStart;
 }
 
-}  // namespace
-
+// The page as one HTML file. Bytes that are not UTF-8 are replaced, and "<" is escaped, so that no
+// text of the data can end the script that holds them.
 std::string html_page(const PageJson& data) {
   const std::string json = escaped(json_text(data, -1));
   const std::pair<std::string_view, std::string_view> marks[] = {
@@ -55,6 +55,8 @@ std::string html_page(const PageJson& data) {
   }
   return page.append(rest);
 }
+
+}  // namespace
 
 void check_page(const fs::path& out, const std::vector<std::string>& inputs) {
   check_text_writable(out);

@@ -50,11 +50,6 @@ std::vector<PageCorner> page_corners(const PageContent& content);
 // Columns of equal length.
 PageJson corners_json(const std::vector<PageCorner>& corners);
 
-// Points of the boards in the world; of the one flat board as BoardWarp places them, if there is
-// one.
-std::map<CornerId, Eigen::Vector3d> bent_points_in_world(const std::vector<PlacedBoard>& boards,
-                                                         const std::optional<BoardWarp>& warp);
-
 // Boards for the view in 3D: outline, tags or dark squares, points.
 PageJson boards_json(const std::vector<PlacedBoard>& boards);
 

@@ -70,10 +70,6 @@ PageJson rig_page(const CameraFile& file, const std::string& name);
 // files that cannot be read.
 std::optional<CameraFile> rig_in_file(const std::string& name);
 
-// The page as one HTML file. Bytes that are not UTF-8 are replaced, and "<" is escaped, so that no
-// text of the data can end the script that holds them.
-std::string html_page(const PageJson& data);
-
 // Throws Error before any work if the page certainly cannot be written, or would replace one of the
 // inputs.
 void check_page(const std::filesystem::path& out, const std::vector<std::string>& inputs);

@@ -56,6 +56,12 @@ std::string pixels_text(double px) {
   return std::isfinite(px) && px < 1e4 ? two_digits(px) + " px" : "any number of pixels";
 }
 
+// "the focal length of left": a kind of change, with the camera of several.
+std::string changed_part(const CameraCheck& check, std::size_t camera, ChangeKind kind) {
+  const std::string name(kind_name(kind));
+  return check.cameras.size() > 1 ? name + " of " + check.cameras[camera].name : name;
+}
+
 std::string detectable_lines(const CameraCheck& check) {
   if (check.detectable.empty()) return "";
   std::string text = fmt::format("these pictures would show, {:.0f} times of 100, a change of\n",
@@ -142,11 +148,6 @@ CheckJson change_json(const CameraCheck& check, const CameraChange& change) {
 }
 
 }  // namespace
-
-std::string changed_part(const CameraCheck& check, std::size_t camera, ChangeKind kind) {
-  const std::string name(kind_name(kind));
-  return check.cameras.size() > 1 ? name + " of " + check.cameras[camera].name : name;
-}
 
 std::string check_text(const CameraCheck& check, const std::string& file, double limit_px) {
   std::string text =

@@ -11,7 +11,4 @@ namespace tagcal::tools {
 std::string check_text(const CameraCheck& check, const std::string& file, double limit_px);
 nlohmann::ordered_json check_json(const CameraCheck& check);
 
-// "the focal length of left": a kind of change, with the camera of several.
-std::string changed_part(const CameraCheck& check, std::size_t camera, ChangeKind kind);
-
 }  // namespace tagcal::tools

@@ -246,6 +246,21 @@ constexpr Entry kCatalogue[] = {
     {"D12", "pictures that are empty or broken", "", "a test of the reader, not of an estimate"},
 };
 
+// The known failures of geometry (G), models (M) and data (D) in Markdown, each with its map, the
+// reason of its exemption, or neither. Maps that are on the page are linked.
+std::string catalogue_text(std::span<const AtlasSheet> sheets) {
+  std::string text = "\n## The catalogue of failures\n\n| | condition | where |\n|---|---|---|\n";
+  for (const Entry& entry : kCatalogue) {
+    const std::string name = entry.map;
+    const bool here = std::any_of(sheets.begin(), sheets.end(),
+                                  [&](const AtlasSheet& sheet) { return sheet.map.name == name; });
+    std::string where = here ? fmt::format("[{}]({}.csv)", name, name) : name;
+    if (*entry.remark) where += (where.empty() ? "no map: " : "; ") + std::string(entry.remark);
+    text += fmt::format("| {} | {} | {} |\n", entry.id, entry.condition, where);
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string atlas_page(std::span<const AtlasSheet> sheets, std::span<const std::string> origin) {
@@ -260,19 +275,6 @@ std::string atlas_page(std::span<const AtlasSheet> sheets, std::span<const std::
   page += catalogue_text(sheets) + methods(sheets) + "\n## Origin\n\n";
   for (const std::string& line : origin) page += fmt::format("- {}\n", line);
   return page;
-}
-
-std::string catalogue_text(std::span<const AtlasSheet> sheets) {
-  std::string text = "\n## The catalogue of failures\n\n| | condition | where |\n|---|---|---|\n";
-  for (const Entry& entry : kCatalogue) {
-    const std::string name = entry.map;
-    const bool here = std::any_of(sheets.begin(), sheets.end(),
-                                  [&](const AtlasSheet& sheet) { return sheet.map.name == name; });
-    std::string where = here ? fmt::format("[{}]({}.csv)", name, name) : name;
-    if (*entry.remark) where += (where.empty() ? "no map: " : "; ") + std::string(entry.remark);
-    text += fmt::format("| {} | {} | {} |\n", entry.id, entry.condition, where);
-  }
-  return text;
 }
 
 }  // namespace tagcal::study

@@ -19,8 +19,4 @@ Drawing atlas_picture(const StabilityMap& map, const StabilityResult& result,
 // catalogue of failures. All its numbers come from the results.
 std::string atlas_page(std::span<const AtlasSheet> sheets, std::span<const std::string> origin);
 
-// The known failures of geometry (G), models (M) and data (D) in Markdown, each with its map, the
-// reason of its exemption, or neither. Maps that are on the page are linked.
-std::string catalogue_text(std::span<const AtlasSheet> sheets);
-
 }  // namespace tagcal::study

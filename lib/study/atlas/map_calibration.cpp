@@ -28,6 +28,17 @@ Prepared<StabilityVerdict> judged_by(const std::shared_ptr<const CalibrationJudg
                 });
 }
 
+// 6 x 6 points, 0.6 m wide, about the origin of their plane.
+Board small_grid() {
+  Points board;
+  const double half = 0.5 * (kSmallGrid - 1) * kSmallSpacingM;
+  for (int i = 0; i < kSmallGrid * kSmallGrid; ++i)
+    board.points.push_back(
+        {{i, 0},
+         {kSmallSpacingM * (i % kSmallGrid) - half, kSmallSpacingM * (i / kSmallGrid) - half, 0}});
+  return {std::move(board), {}};
+}
+
 }  // namespace
 
 void ask_calibration(StabilityMap& map, const std::vector<CalibrationSolver>& solvers,
@@ -43,16 +54,6 @@ void ask_calibration(StabilityMap& map, const std::vector<CalibrationSolver>& so
     const auto judge = std::make_shared<const CalibrationJudge>(question(at, random));
     return [judge, solvers](std::size_t method) { return judged_by(judge, solvers[method]); };
   };
-}
-
-Board small_grid() {
-  Points board;
-  const double half = 0.5 * (kSmallGrid - 1) * kSmallSpacingM;
-  for (int i = 0; i < kSmallGrid * kSmallGrid; ++i)
-    board.points.push_back(
-        {{i, 0},
-         {kSmallSpacingM * (i % kSmallGrid) - half, kSmallSpacingM * (i / kSmallGrid) - half, 0}});
-  return {std::move(board), {}};
 }
 
 CalibrationTask empty_task(const Lens& lens, const std::string& model, double sigma_px) {

@@ -35,9 +35,6 @@ void ask_calibration(
     StabilityMap& map, const std::vector<CalibrationSolver>& solvers,
     const std::function<CalibrationQuestion(std::span<const double> at, Random& random)>& question);
 
-// 6 x 6 points, 0.6 m wide, about the origin of their plane.
-Board small_grid();
-
 // A camera of 1280 x 800 pixels and the board of points, without views.
 CalibrationTask empty_task(const Lens& lens, const std::string& model, double sigma_px);
 

@@ -48,6 +48,32 @@ void ask_corners(StabilityMap& map,
   };
 }
 
+StabilityMap tag_tilt_noise_map() {
+  StabilityMap map;
+  map.name = "tag-tilt-noise";
+  map.title = "One tag of 40 px in a picture, blur 0.8 px: tilt and noise";
+  map.axes = {{"tilt", "deg", {0, 20, 40, 50, 60, 70, 75, 80}, {}},
+              {"noise", "grey levels", {0, 1, 2, 5, 10, 20, 40}, {}}};
+  map.trials = 300;
+  map.mark_over_map = true;
+  map.what =
+      "Seen from the side, cells become narrower than a pixel; in the dark, noise is as strong as "
+      "the print (black 30, white 220)";
+  map.why =
+      "A cell's width falls with the cosine of the tilt, and a bit is the mean of few pixels; an "
+      "edge's place is known to noise over contrast (limits of the photometric fit, Cramér-Rao)";
+  map.answer =
+      "tagcal looks in halved pictures too, where noise is less, and measures the noise in the "
+      "residuals, so that the covariances grow with it";
+  ask_corners(map, [](std::span<const double> at) {
+    TagViewSpec spec;
+    spec.tilt_deg = at[0];
+    spec.noise_levels = at[1];
+    return spec;
+  });
+  return map;
+}
+
 }  // namespace
 
 bool is_readable(const TagViewSpec& spec) {
@@ -104,32 +130,6 @@ StabilityMap tag_size_blur_map() {
     spec.side_px = at[0];
     spec.blur_px = at[1];
     spec.tilt_deg = 20;
-    return spec;
-  });
-  return map;
-}
-
-StabilityMap tag_tilt_noise_map() {
-  StabilityMap map;
-  map.name = "tag-tilt-noise";
-  map.title = "One tag of 40 px in a picture, blur 0.8 px: tilt and noise";
-  map.axes = {{"tilt", "deg", {0, 20, 40, 50, 60, 70, 75, 80}, {}},
-              {"noise", "grey levels", {0, 1, 2, 5, 10, 20, 40}, {}}};
-  map.trials = 300;
-  map.mark_over_map = true;
-  map.what =
-      "Seen from the side, cells become narrower than a pixel; in the dark, noise is as strong as "
-      "the print (black 30, white 220)";
-  map.why =
-      "A cell's width falls with the cosine of the tilt, and a bit is the mean of few pixels; an "
-      "edge's place is known to noise over contrast (limits of the photometric fit, Cramér-Rao)";
-  map.answer =
-      "tagcal looks in halved pictures too, where noise is less, and measures the noise in the "
-      "residuals, so that the covariances grow with it";
-  ask_corners(map, [](std::span<const double> at) {
-    TagViewSpec spec;
-    spec.tilt_deg = at[0];
-    spec.noise_levels = at[1];
     return spec;
   });
   return map;

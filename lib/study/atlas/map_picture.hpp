@@ -22,7 +22,6 @@ StabilityVerdict judge_corners(const std::optional<CornerAnswer>& answer, const 
                                bool ours);
 
 StabilityMap tag_size_blur_map();
-StabilityMap tag_tilt_noise_map();
 
 std::vector<StabilityMap> picture_maps();
 

@@ -224,6 +224,32 @@ Occluder draw_polygon(const Vector3d& centre, double radius_m, Random& random) {
   return occluder;
 }
 
+// Convex polygons beside and behind the board that hide no part of its paper in any view.
+std::vector<Occluder> draw_occluders(const Scene& scene, Random& random) {
+  const Rectangle paper = board_panels(scene.boards[0].board, scene.paper_margin_m)[0].paper;
+  Polygon outline;
+  for (const Vector3d& p : paper) outline.push_back(p.head<2>());
+  const Vector3d middle = (paper[0] + paper[2]) / 2;
+  const double diagonal = (paper[2] - paper[0]).norm();
+  std::vector<Occluder> occluders;
+  const std::size_t count = 1 + random.index(4);
+  for (std::size_t i = 0; i < count; ++i) {
+    const double angle = random.uniform(0, 2 * std::numbers::pi);
+    const double away = diagonal * random.uniform(0, 1.2);
+    const Vector3d centre = middle + Vector3d(away * std::cos(angle), away * std::sin(angle),
+                                              diagonal * random.uniform(-0.4, 0.15));
+    const Occluder occluder = draw_polygon(centre, diagonal * random.uniform(0.05, 0.5), random);
+    const bool behind = std::ranges::all_of(
+        occluder.corners, [&](const Vector3d& p) { return p.z() < -1e-3 * diagonal; });
+    const auto& poses = std::get<ExplicitPath>(scene.path).camera_from_world;
+    const bool harmless = behind || std::ranges::none_of(poses, [&](const Pose& pose) {
+                            return cuts(occluder, outline, pose.inverse().translation());
+                          });
+    if (harmless) occluders.push_back(occluder);
+  }
+  return occluders;
+}
+
 }  // namespace
 
 World draw_world(const WorldId& id) {
@@ -254,31 +280,6 @@ World draw_world(const WorldId& id) {
     world.pictures = draw_pictures(fixed_pictures(id), scene, of_pictures);
     return world;
   }
-}
-
-std::vector<Occluder> draw_occluders(const Scene& scene, Random& random) {
-  const Rectangle paper = board_panels(scene.boards[0].board, scene.paper_margin_m)[0].paper;
-  Polygon outline;
-  for (const Vector3d& p : paper) outline.push_back(p.head<2>());
-  const Vector3d middle = (paper[0] + paper[2]) / 2;
-  const double diagonal = (paper[2] - paper[0]).norm();
-  std::vector<Occluder> occluders;
-  const std::size_t count = 1 + random.index(4);
-  for (std::size_t i = 0; i < count; ++i) {
-    const double angle = random.uniform(0, 2 * std::numbers::pi);
-    const double away = diagonal * random.uniform(0, 1.2);
-    const Vector3d centre = middle + Vector3d(away * std::cos(angle), away * std::sin(angle),
-                                              diagonal * random.uniform(-0.4, 0.15));
-    const Occluder occluder = draw_polygon(centre, diagonal * random.uniform(0.05, 0.5), random);
-    const bool behind = std::ranges::all_of(
-        occluder.corners, [&](const Vector3d& p) { return p.z() < -1e-3 * diagonal; });
-    const auto& poses = std::get<ExplicitPath>(scene.path).camera_from_world;
-    const bool harmless = behind || std::ranges::none_of(poses, [&](const Pose& pose) {
-                            return cuts(occluder, outline, pose.inverse().translation());
-                          });
-    if (harmless) occluders.push_back(occluder);
-  }
-  return occluders;
 }
 
 }  // namespace tagcal

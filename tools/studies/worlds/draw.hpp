@@ -46,9 +46,6 @@ struct DrawnCamera {
 };
 DrawnCamera draw_camera(Random& random);
 
-// Convex polygons beside and behind the board that hide no part of its paper in any view.
-std::vector<Occluder> draw_occluders(const Scene& scene, Random& random);
-
 // What cameras do to their pictures in worlds with the defect `camera`: one kind a world.
 std::vector<std::string> picture_kinds();
 

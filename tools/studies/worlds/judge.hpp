@@ -21,11 +21,6 @@ Measured project_corners(const World& world, Record& record);
 // are not visible, are grossly wrong. Fills the record's comparison of corners with the truth.
 Measured render_and_detect(const World& world, Record& record);
 
-// Compares a calibration's focal length and projection with the truth, in units of the claimed
-// standard deviations. Fills f_..., region_..., image_... and nodes_silent of the record; what is
-// not claimed keeps its value.
-void judge_lens(const Camera& truth, const Calibration& answer, Record& record);
-
 // Takes the world's corners from pictures or by projection, calibrates with `auto` and with the
 // model that made the data, and compares the results with the truth, on one thread.
 Record judge(const World& world);

@@ -56,8 +56,6 @@ class OverViews {
 using NumberOverViews = OverViews<double>;
 using VectorOverViews = OverViews<Eigen::Vector3d>;
 
-// A number, or a list of at most 1000 numbers.
-NumberOverViews numbers_over_views(const YamlValue& value);
 NumberOverViews degrees_over_views(
     const std::optional<YamlValue>& value);  // in radians; 0 if missing
 

@@ -29,6 +29,12 @@ VectorOverViews vectors_or(const std::optional<YamlValue>& value, const Vector3d
   return value ? vectors_over_views(*value) : VectorOverViews({otherwise});
 }
 
+// A number, or a list of at most 1000 numbers.
+NumberOverViews numbers_over_views(const YamlValue& value) {
+  return NumberOverViews(value.is_list() ? value.numbers(1, limits::kMaxValuesOfPath)
+                                         : std::vector<double>{value.number()});
+}
+
 RingPath read_ring(const YamlValue& value) {
   value.allow_only({"type", "frame", "centre_m", "radius_m", "start_deg", "end_deg", "target_m"});
   RingPath path;
@@ -209,11 +215,6 @@ Pose read_viewpoint(std::string_view kind, const YamlValue& value) {
     if (kind == "aircraft") return world_from_aircraft(read_aircraft(value)(0));
     return (kind == "orbit" ? read_orbit(value) : read_look_at(value))(0).inverse();
   });
-}
-
-NumberOverViews numbers_over_views(const YamlValue& value) {
-  return NumberOverViews(value.is_list() ? value.numbers(1, limits::kMaxValuesOfPath)
-                                         : std::vector<double>{value.number()});
 }
 
 NumberOverViews degrees_over_views(const std::optional<YamlValue>& value) {
