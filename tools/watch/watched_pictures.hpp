@@ -107,7 +107,4 @@ class WatchedPictures {
   std::set<std::string> general_;  // warnings about no picture alone
 };
 
-// Why a picture shows no board, in a few words. Costs about ten times as much as detection.
-std::string why_no_board(const ImageView8& image, const std::vector<PlacedBoard>& boards);
-
 }  // namespace tagcal::tools

@@ -34,10 +34,6 @@ struct ChartPicture {
 std::vector<ChartPicture> chart_pictures(const ChartResult& result,
                                          std::span<const ChartPoint> points);
 
-// "fails: A 12 %; B 3 %; the others 1 %": the methods that fail in at least 0.5 % of the trials;
-// empty if there are none.
-std::string failures_text(const ChartResult& result, std::vector<ChartPoint> points);
-
 // A method whose share of failures exceeds that of the most reliable method of its panel by more
 // than this is not compared: its answers are for other problems.
 inline constexpr double kMoreFailures = 0.05;
