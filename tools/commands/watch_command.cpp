@@ -22,8 +22,7 @@
 #include "tagcal/io/target_file.hpp"
 #include "tagcal/io/text_file.hpp"
 #include "watch/live_frames.hpp"
-#include "watch/rig_session.hpp"
-#include "watch/watch_session.hpp"
+#include "watch/sessions.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -122,7 +121,7 @@ int run_rig(const Arguments& arguments) {
              folder, target.board,
              WatchedPictures::Options{arguments.threads, cache, Interruption::requested})});
   }
-  return RigSession(std::move(options), std::move(cameras), std::move(target.warnings)).run();
+  return watch_rig(std::move(options), std::move(cameras), std::move(target.warnings));
 }
 
 int watch(const Arguments& arguments, WatchOptions options, Target target, const fs::path& cache) {
@@ -130,7 +129,7 @@ int watch(const Arguments& arguments, WatchOptions options, Target target, const
   check_replaces_nothing({options.out}, {arguments.target});
   WatchedPictures pictures(options.folder, std::move(target.board),
                            {arguments.threads, cache, Interruption::requested});
-  return WatchSession(std::move(options), pictures, std::move(target.warnings)).run();
+  return watch_folder(std::move(options), pictures, std::move(target.warnings));
 }
 
 // A live video on stdin.
