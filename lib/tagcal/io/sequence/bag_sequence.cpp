@@ -1,13 +1,15 @@
-#include "tagcal/io/sequence/bag_sequence.hpp"
+#include "tagcal/io/sequence/frame_sequence.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <iterator>
 #include <map>
+#include <mutex>
 
 #include "tagcal/error.hpp"
 #include "tagcal/io/image/image_codec.hpp"
+#include "tagcal/io/sequence/bag_file.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -83,6 +85,30 @@ void check_topic(const Files& files, const std::string& name) {
   throw Error(fmt::format("topic {} has no pictures: {}", name, listed_topics(files)));
 }
 
+// The pictures of a topic, of one bag or of all bags in a folder, in the order of their times.
+class BagSequence : public FrameSequence {
+ public:
+  // Throws as read_sequence.
+  explicit BagSequence(const SequenceName& name);
+
+  Image8 grey(std::size_t frame) override;
+  Picture picture(std::size_t frame) override;
+
+ private:
+  struct Frame {
+    std::size_t file = 0;
+    BagMessage message;
+  };
+  void take_topic(const std::string& topic);
+  void sort_by_time();
+  std::string message(std::size_t frame);
+  std::unique_ptr<ImageDecoder> decoder(std::size_t frame, const std::string& message) const;
+
+  std::vector<std::unique_ptr<BagFile>> files_;
+  std::vector<Frame> frames_;
+  std::mutex mutex_;  // of reading files_
+};
+
 }  // namespace
 
 BagSequence::BagSequence(const SequenceName& name) {
@@ -153,6 +179,10 @@ Picture BagSequence::picture(std::size_t frame) {
   Picture picture = decode_picture(*decoder(frame, bytes));
   check_size(frame, size_of(picture));
   return picture;
+}
+
+std::shared_ptr<FrameSequence> open_bags(const SequenceName& name) {
+  return std::make_shared<BagSequence>(name);
 }
 
 }  // namespace tagcal::internal

@@ -47,6 +47,11 @@ std::string ending_of(const std::filesystem::path& file);
 // The files of a sequence: those of a folder that are bags of ROS 2, by name.
 std::vector<std::filesystem::path> files_of(const SequenceName& name);
 
+// Readers of a video, and of a topic's pictures in one bag or all bags of a folder. Throw as
+// read_sequence.
+std::shared_ptr<FrameSequence> open_video(const SequenceName& name);
+std::shared_ptr<FrameSequence> open_bags(const SequenceName& name);
+
 // The kinds of sequences, by the ends of their names.
 bool is_sequence_ending(const std::string& ending);  // in lower case
 

@@ -7,31 +7,19 @@
 #include <string_view>
 
 #include "tagcal/error.hpp"
-#include "tagcal/io/sequence/bag_sequence.hpp"
-#include "tagcal/io/sequence/video_reader.hpp"
 
 namespace tagcal::internal {
 namespace {
 
-using Opener = std::shared_ptr<FrameSequence> (*)(const SequenceName& name);
-
-template <typename Reader>
-std::shared_ptr<FrameSequence> open_as(const SequenceName& name) {
-  return std::make_shared<Reader>(name);
-}
-
 struct SequenceKind {
   std::string_view ending;  // of a file; "": a folder with a topic
-  Opener open;
+  std::shared_ptr<FrameSequence> (*open)(const SequenceName& name);
 };
 constexpr SequenceKind kKinds[] = {
-    {".mp4", open_as<VideoReader>},   {".m4v", open_as<VideoReader>},
-    {".mov", open_as<VideoReader>},   {".avi", open_as<VideoReader>},
-    {".mkv", open_as<VideoReader>},   {".webm", open_as<VideoReader>},
-    {".mjpeg", open_as<VideoReader>}, {".mjpg", open_as<VideoReader>},
-    {".y4m", open_as<VideoReader>},   {".bag", open_as<BagSequence>},
-    {".mcap", open_as<BagSequence>},  {".db3", open_as<BagSequence>},
-    {"", open_as<BagSequence>},
+    {".mp4", open_video}, {".m4v", open_video},  {".mov", open_video},   {".avi", open_video},
+    {".mkv", open_video}, {".webm", open_video}, {".mjpeg", open_video}, {".mjpg", open_video},
+    {".y4m", open_video}, {".bag", open_bags},   {".mcap", open_bags},   {".db3", open_bags},
+    {"", open_bags},
 };
 
 // The latest change of the files of a sequence.
