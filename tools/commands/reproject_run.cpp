@@ -4,17 +4,25 @@
 
 #include <algorithm>
 #include <set>
+#include <string>
+#include <utility>
 #include <variant>
+#include <vector>
 
+#include "job/camera_input.hpp"
+#include "job/find_corners.hpp"
 #include "job/input.hpp"
 #include "job/messages.hpp"
 #include "job/picture_files.hpp"
-#include "job/plane_poses.hpp"
 #include "job/progress.hpp"
 #include "tagcal/error.hpp"
+#include "tagcal/estimate/pose.hpp"
+#include "tagcal/estimate/view_correspondences.hpp"
 #include "tagcal/internal/parallel.hpp"
 #include "tagcal/io/image_file.hpp"
+#include "tagcal/io/target_file.hpp"
 #include "tagcal/io/text_file.hpp"
+#include "tagcal/io/types.hpp"
 #include "tagcal/reproject/maps.hpp"
 #include "tagcal/reproject/resampling.hpp"
 
@@ -23,6 +31,76 @@ using namespace internal;
 namespace {
 
 namespace fs = std::filesystem;
+
+struct PlaneRequest {
+  std::string camera;                     // the name of a camera file,
+  const CalibrationFile* file = nullptr;  // and its content
+  std::string target;                     // a target file; "": none
+  std::string view;                       // a view of the camera file; "": the target is detected
+  std::vector<std::string> images;        // pictures
+  int threads = 0;
+};
+
+struct PlanePoses {
+  // Index of the picture, and its pose; with a view, that one for all pictures. Pictures without an
+  // answer are not there, but in `warnings`.
+  std::vector<std::pair<std::size_t, Pose>> camera_from_plane;
+  std::vector<double> rectangle;  // x0, y0, x1, y1: of the target, and a tenth more; else empty
+  std::vector<std::string> warnings;
+};
+
+using Points = std::map<CornerId, Eigen::Vector3d>;
+
+std::vector<double> rectangle_around(const Points& points) {
+  Eigen::AlignedBox2d box;
+  for (const auto& [id, x] : points) box.extend(Eigen::Vector2d(x.head<2>()));
+  const double margin = 0.1 * box.sizes().maxCoeff();
+  return {box.min().x() - margin, box.min().y() - margin, box.max().x() + margin,
+          box.max().y() + margin};
+}
+
+// The poses of the target in the pictures.
+void estimate_poses(const PlaneRequest& request, PlanePoses& poses) {
+  const CalibrationFile& file = *request.file;
+  // Strict: the pictures stay those of the request, one by one.
+  Input input = read_input({.target = request.target, .inputs = request.images, .strict = true});
+  check_image_size(file.camera.image_size, request.camera, input);
+  detect_views(input, request.threads, true, &file.camera);
+  poses.warnings = input.warnings;
+  const Points points = points_in_world(input.dataset.boards);
+  poses.rectangle = rectangle_around(points);
+  Progress progress("poses", static_cast<int>(request.images.size()));
+  for (std::size_t i = 0; i < request.images.size(); ++i) {
+    progress.update(static_cast<int>(i));
+    const auto view = std::ranges::find(input.dataset.views, input.images[i].name, &View::image);
+    PoseEstimate estimate;
+    if (view != input.dataset.views.end())
+      estimate =
+          estimate_pose(view_correspondences(*view, points, file.camera_error_px), file.camera);
+    if (is_answer(estimate.status))
+      poses.camera_from_plane.emplace_back(i, estimate.camera_from_target());
+    if (estimate.status != Status::ok)
+      poses.warnings.push_back(fmt::format("{}: the pose of the target is {}", request.images[i],
+                                           status_name(estimate.status)));
+  }
+}
+
+// Throws Error for bad input.
+PlanePoses plane_poses(const PlaneRequest& request) {
+  PlanePoses poses;
+  if (request.view.empty()) {
+    estimate_poses(request, poses);
+    return poses;
+  }
+  if (!request.target.empty()) {
+    const Board board = read_target(request.target, {}, &poses.warnings);
+    poses.rectangle = rectangle_around(points_in_world({{board, Pose()}}));
+  }
+  const Pose pose = pose_of_view(request.camera, request.view);
+  for (std::size_t i = 0; i < std::max<std::size_t>(1, request.images.size()); ++i)
+    poses.camera_from_plane.emplace_back(i, pose);
+  return poses;
+}
 
 Interpolation interpolation_of(const std::string& name) {
   if (name == "nearest") return Interpolation::nearest;
