@@ -10,6 +10,7 @@
 #include "expect.hpp"
 #include "study/chart/chart_report.hpp"
 #include "study/chart/chart_study.hpp"
+#include "tagcal/error.hpp"
 
 namespace tagcal {
 using namespace study;
