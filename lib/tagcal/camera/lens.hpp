@@ -81,6 +81,27 @@ constexpr std::array<LensParameter, N + 4> with_scales(std::string_view sx, std:
   return all;
 }
 
+// What all lens classes have. `Self` is the class, with N parameters.
+template <typename Self, int N>
+class LensOf {
+ public:
+  static constexpr int kNumParameters = N;
+  using Parameters = std::array<double, N>;
+  using ParameterJacobian = Eigen::Matrix<double, 2, N>;
+
+  const Parameters& parameters() const { return p_; }
+  bool in_domain(const Eigen::Vector3d& x_in_camera) const;
+  std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& x_in_camera) const;
+  std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& x_in_camera,
+                                         PointJacobian* by_point,
+                                         ParameterJacobian* by_parameters) const;
+
+ protected:
+  explicit LensOf(const Parameters& parameters);
+
+  Parameters p_;
+};
+
 // Pinhole with Brown-Conrady distortion, polynomial or rational (Brown 1971; OpenCV calib3d), with
 // (x, y) = (X/Z, Y/Z), s = x^2 + y^2:
 //   L  = (1 + k1 s + k2 s^2 + k3 s^3) / (1 + k4 s + k5 s^2 + k6 s^3)
@@ -89,7 +110,7 @@ constexpr std::array<LensParameter, N + 4> with_scales(std::string_view sx, std:
 // Domain: Z > 0 and r = sqrt(s) < max_radius(). Within this radius the Jacobian of the distortion
 // is positive definite; on a disc the distortion is then one-to-one. Without tangential terms the
 // radius is the fold itself: the smallest r with d(r L)/dr = 0 or a pole of L.
-class Perspective {
+class Perspective : public LensOf<Perspective, 12> {
  public:
   static constexpr std::string_view kName = "perspective";
   static constexpr bool kIsCentral = true, kReachesBehind = false;
@@ -106,25 +127,13 @@ class Perspective {
                                                 {"k4", ParameterRole::radial, -1, 0.20},
                                                 {"k5", ParameterRole::radial, -2, 0.10},
                                                 {"k6", ParameterRole::radial, -3, 0.05}}});
-  static constexpr int kNumParameters = 12;
-  using Parameters = std::array<double, kNumParameters>;
-  using ParameterJacobian = Eigen::Matrix<double, 2, kNumParameters>;
 
   explicit Perspective(const Parameters& parameters);
-
-  const Parameters& parameters() const { return p_; }
   double max_radius() const { return max_radius_; }  // of (X/Z, Y/Z); infinite without a fold
   double max_angle() const;
-
-  bool in_domain(const Eigen::Vector3d& x_in_camera) const;
-  std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& x_in_camera) const;
-  std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& x_in_camera,
-                                         PointJacobian* by_point,
-                                         ParameterJacobian* by_parameters) const;
   std::optional<Ray> ray_in_camera(const Eigen::Vector2d& pixel) const;
 
  private:
-  Parameters p_;
   double max_radius_;
 };
 
@@ -134,7 +143,7 @@ class Perspective {
 //   (u, v) = (fx, fy) theta_d (X, Y) / sqrt(X^2 + Y^2) + (cx, cy)
 // Domain: theta < max_angle(), which is at most pi and at most the fold d(theta_d)/d(theta) = 0.
 // The domain includes points beside and behind the camera (Z <= 0) up to that angle.
-class Fisheye {
+class Fisheye : public LensOf<Fisheye, 8> {
  public:
   static constexpr std::string_view kName = "fisheye";
   static constexpr bool kIsCentral = true, kReachesBehind = true;
@@ -144,24 +153,12 @@ class Fisheye {
                                                 {"k2", ParameterRole::radial, 2, 0.08},
                                                 {"k3", ParameterRole::radial, 3, 0.04},
                                                 {"k4", ParameterRole::radial, 4, 0.02}}});
-  static constexpr int kNumParameters = 8;
-  using Parameters = std::array<double, kNumParameters>;
-  using ParameterJacobian = Eigen::Matrix<double, 2, kNumParameters>;
 
   explicit Fisheye(const Parameters& parameters);
-
-  const Parameters& parameters() const { return p_; }
   double max_angle() const { return max_angle_; }
-
-  bool in_domain(const Eigen::Vector3d& x_in_camera) const;
-  std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& x_in_camera) const;
-  std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& x_in_camera,
-                                         PointJacobian* by_point,
-                                         ParameterJacobian* by_parameters) const;
   std::optional<Ray> ray_in_camera(const Eigen::Vector2d& pixel) const;
 
  private:
-  Parameters p_;
   double max_angle_;
 };
 
@@ -170,31 +167,17 @@ class Fisheye {
 // Orthographic (weak perspective) at ox = oy = 0. Otherwise oblique: depth recedes in the picture
 // by (ox, oy), metres per metre. Every point is in its domain; its rays start in the plane Z = 0
 // and run along (-ox, -oy, 1).
-class Parallel {
+class Parallel : public LensOf<Parallel, 6> {
  public:
   static constexpr std::string_view kName = "parallel";
   static constexpr bool kIsCentral = false, kReachesBehind = false;
   static constexpr auto kParameters = with_scales(
       "sx", "sy",
       std::array<LensParameter, 2>{{{"ox", ParameterRole::shape}, {"oy", ParameterRole::shape}}});
-  static constexpr int kNumParameters = 6;
-  using Parameters = std::array<double, kNumParameters>;
-  using ParameterJacobian = Eigen::Matrix<double, 2, kNumParameters>;
 
-  explicit Parallel(const Parameters& parameters);
-
-  const Parameters& parameters() const { return p_; }
+  explicit Parallel(const Parameters& parameters) : LensOf(parameters) {}
   bool oblique() const { return p_[4] != 0 || p_[5] != 0; }
-
-  bool in_domain(const Eigen::Vector3d& x_in_camera) const;
-  std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& x_in_camera) const;
-  std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& x_in_camera,
-                                         PointJacobian* by_point,
-                                         ParameterJacobian* by_parameters) const;
   std::optional<Ray> ray_in_camera(const Eigen::Vector2d& pixel) const;
-
- private:
-  Parameters p_;
 };
 
 // Double sphere (Usenko, Demmel & Cremers, The Double Sphere Camera Model, 3DV 2018), as Basalt and
@@ -205,7 +188,7 @@ class Parallel {
 // where the denominator vanishes (alpha <= 1/2) or the radius in the image turns back (alpha >
 // 1/2). The bound of the paper, Z > -w2 d1, is another one: narrower for some parameters, and for
 // others (alpha = 1, xi < 0) it admits points beyond the turn.
-class DoubleSphere {
+class DoubleSphere : public LensOf<DoubleSphere, 6> {
  public:
   static constexpr std::string_view kName = "double sphere";
   static constexpr bool kIsCentral = true, kReachesBehind = true;
@@ -216,24 +199,10 @@ class DoubleSphere {
       std::array<LensParameter, 2>{{{"xi", ParameterRole::shape, 0, 0.3, -0.2, -1, 1},
                                     {"alpha", ParameterRole::shape, 0, 0.2, 0.6, 0, 1, true}}},
       0.8);
-  static constexpr int kNumParameters = 6;
-  using Parameters = std::array<double, kNumParameters>;
-  using ParameterJacobian = Eigen::Matrix<double, 2, kNumParameters>;
 
-  explicit DoubleSphere(const Parameters& parameters);
-
-  const Parameters& parameters() const { return p_; }
+  explicit DoubleSphere(const Parameters& parameters) : LensOf(parameters) {}
   double max_angle() const;
-
-  bool in_domain(const Eigen::Vector3d& x_in_camera) const;
-  std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& x_in_camera) const;
-  std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& x_in_camera,
-                                         PointJacobian* by_point,
-                                         ParameterJacobian* by_parameters) const;
   std::optional<Ray> ray_in_camera(const Eigen::Vector2d& pixel) const;
-
- private:
-  Parameters p_;
 };
 
 // Extended unified model, EUCM (Khomutenko, Garcia & Martinet, An Enhanced Unified Camera Model,
@@ -241,7 +210,7 @@ class DoubleSphere {
 //   (u, v) = (fx X, fy Y) / (alpha d + (1 - alpha) Z) + (cx, cy)
 // With beta = 1 it is the unified model, UCM, in Basalt's form.
 // Domain: Z > -w d with w = min(alpha, 1 - alpha) / max(alpha, 1 - alpha).
-class ExtendedUnified {
+class ExtendedUnified : public LensOf<ExtendedUnified, 6> {
  public:
   static constexpr std::string_view kName = "extended unified";
   static constexpr bool kIsCentral = true, kReachesBehind = true;
@@ -250,24 +219,10 @@ class ExtendedUnified {
       "fx", "fy",
       std::array<LensParameter, 2>{{{"alpha", ParameterRole::shape, 0, 0.2, 0.6, 0, 1, true},
                                     {"beta", ParameterRole::shape, 0, 0.5, 1, 0}}});
-  static constexpr int kNumParameters = 6;
-  using Parameters = std::array<double, kNumParameters>;
-  using ParameterJacobian = Eigen::Matrix<double, 2, kNumParameters>;
 
-  explicit ExtendedUnified(const Parameters& parameters);
-
-  const Parameters& parameters() const { return p_; }
+  explicit ExtendedUnified(const Parameters& parameters) : LensOf(parameters) {}
   double max_angle() const;
-
-  bool in_domain(const Eigen::Vector3d& x_in_camera) const;
-  std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& x_in_camera) const;
-  std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& x_in_camera,
-                                         PointJacobian* by_point,
-                                         ParameterJacobian* by_parameters) const;
   std::optional<Ray> ray_in_camera(const Eigen::Vector2d& pixel) const;
-
- private:
-  Parameters p_;
 };
 
 // Kalibr's `omni` model without distortion (Mei & Rives, ICRA 2007), which is

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "tagcal/camera/kernels/parameter_index.hpp"
-#include "tagcal/camera/lenses/unified_sphere.hpp"
+#include "tagcal/camera/lenses/domain_limit.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/internal/processor.hpp"
 
@@ -30,12 +30,6 @@ ProjectKernelKind kernel_kind(const Fisheye&, unsigned) { return kFisheye; }
 ProjectKernelKind kernel_kind(const Parallel&, unsigned) { return kParallel; }
 ProjectKernelKind kernel_kind(const DoubleSphere&, unsigned) { return kDoubleSphere; }
 ProjectKernelKind kernel_kind(const ExtendedUnified&, unsigned) { return kExtendedUnified; }
-
-double domain_limit(const Perspective& lens) { return lens.max_radius() * lens.max_radius(); }
-double domain_limit(const Fisheye& lens) { return lens.max_angle(); }
-double domain_limit(const Parallel&) { return 0; }
-double domain_limit(const DoubleSphere& lens) { return UnifiedSphere{lens.parameters()[5]}.w(); }
-double domain_limit(const ExtendedUnified& lens) { return UnifiedSphere{lens.parameters()[4]}.w(); }
 
 void check_size(const char* name, std::size_t size, std::size_t expected) {
   if (size != expected)

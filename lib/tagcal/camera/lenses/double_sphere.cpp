@@ -1,8 +1,7 @@
 #include <Eigen/Core>
 #include <cmath>
 
-#include "tagcal/camera/lenses/lens_parameters.hpp"
-#include "tagcal/camera/lenses/project_point.hpp"
+#include "tagcal/camera/lens.hpp"
 #include "tagcal/camera/lenses/unified_sphere.hpp"
 
 namespace tagcal {
@@ -10,24 +9,8 @@ using namespace internal;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-DoubleSphere::DoubleSphere(const Parameters& parameters) : p_(checked<DoubleSphere>(parameters)) {}
-
-bool DoubleSphere::in_domain(const Vector3d& x_in_camera) const {
-  return project(x_in_camera).has_value();
-}
-
-std::optional<Vector2d> DoubleSphere::project(const Vector3d& x_in_camera) const {
-  return project(x_in_camera, nullptr, nullptr);
-}
-
-std::optional<Vector2d> DoubleSphere::project(const Vector3d& x_in_camera, PointJacobian* by_point,
-                                              ParameterJacobian* by_parameters) const {
-  return project_point<DoubleSphereKernel>(*this, UnifiedSphere{p_[5]}.w(), x_in_camera, by_point,
-                                           by_parameters);
-}
-
-// The angle phi at the second sphere's centre, which is xi behind that of the first, is smaller than
-// the angle there by asin(xi sin(phi)).
+// The angle phi at the second sphere's centre, which is xi behind that of the first, is smaller
+// than the angle there by asin(xi sin(phi)).
 double DoubleSphere::max_angle() const {
   const double phi = std::acos(-UnifiedSphere{p_[5]}.w());
   return phi + std::asin(p_[4] * std::sin(phi));

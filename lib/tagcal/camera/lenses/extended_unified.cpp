@@ -1,8 +1,7 @@
 #include <Eigen/Core>
 #include <cmath>
 
-#include "tagcal/camera/lenses/lens_parameters.hpp"
-#include "tagcal/camera/lenses/project_point.hpp"
+#include "tagcal/camera/lens.hpp"
 #include "tagcal/camera/lenses/unified_sphere.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/internal/text.hpp"
@@ -11,24 +10,6 @@ namespace tagcal {
 using namespace internal;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-ExtendedUnified::ExtendedUnified(const Parameters& parameters)
-    : p_(checked<ExtendedUnified>(parameters)) {}
-
-bool ExtendedUnified::in_domain(const Vector3d& x_in_camera) const {
-  return project(x_in_camera).has_value();
-}
-
-std::optional<Vector2d> ExtendedUnified::project(const Vector3d& x_in_camera) const {
-  return project(x_in_camera, nullptr, nullptr);
-}
-
-std::optional<Vector2d> ExtendedUnified::project(const Vector3d& x_in_camera,
-                                                 PointJacobian* by_point,
-                                                 ParameterJacobian* by_parameters) const {
-  return project_point<ExtendedUnifiedKernel>(*this, UnifiedSphere{p_[4]}.w(), x_in_camera,
-                                              by_point, by_parameters);
-}
 
 double ExtendedUnified::max_angle() const {
   const double w = UnifiedSphere{p_[4]}.w();

@@ -2,31 +2,18 @@
 #include <cmath>
 #include <numbers>
 
-#include "tagcal/camera/lenses/lens_parameters.hpp"
+#include "tagcal/camera/kernels/lens_kernels.hpp"
+#include "tagcal/camera/lens.hpp"
 #include "tagcal/camera/lenses/polynomial.hpp"
-#include "tagcal/camera/lenses/project_point.hpp"
 
 namespace tagcal {
 using namespace internal;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-Fisheye::Fisheye(const Parameters& parameters) : p_(checked<Fisheye>(parameters)) {
+Fisheye::Fisheye(const Parameters& parameters) : LensOf(parameters) {
   const Polynomial slope = {1, 0, 3 * p_[4], 0, 5 * p_[5], 0, 7 * p_[6], 0, 9 * p_[7]};
   max_angle_ = std::min(std::numbers::pi, smallest_positive_root(slope, std::numbers::pi));
-}
-
-bool Fisheye::in_domain(const Vector3d& x_in_camera) const {
-  return project(x_in_camera).has_value();
-}
-
-std::optional<Vector2d> Fisheye::project(const Vector3d& x_in_camera) const {
-  return project_point<FisheyeKernel>(*this, max_angle_, x_in_camera);
-}
-
-std::optional<Vector2d> Fisheye::project(const Vector3d& x_in_camera, PointJacobian* by_point,
-                                         ParameterJacobian* by_parameters) const {
-  return project_point<FisheyeKernel>(*this, max_angle_, x_in_camera, by_point, by_parameters);
 }
 
 std::optional<Ray> Fisheye::ray_in_camera(const Vector2d& pixel) const {

@@ -3,9 +3,9 @@
 #include <cmath>
 #include <limits>
 
-#include "tagcal/camera/lenses/lens_parameters.hpp"
+#include "tagcal/camera/kernels/lens_kernels.hpp"
+#include "tagcal/camera/lens.hpp"
 #include "tagcal/camera/lenses/polynomial.hpp"
-#include "tagcal/camera/lenses/project_point.hpp"
 
 namespace tagcal {
 using namespace internal;
@@ -108,25 +108,9 @@ std::optional<Vector2d> undistort(const Perspective::Parameters& p, double max_r
 }  // namespace
 
 Perspective::Perspective(const Parameters& parameters)
-    : p_(checked<Perspective>(parameters)), max_radius_(perspective_max_radius(p_)) {}
+    : LensOf(parameters), max_radius_(perspective_max_radius(p_)) {}
 
 double Perspective::max_angle() const { return std::atan(max_radius_); }
-
-bool Perspective::in_domain(const Vector3d& x_in_camera) const {
-  // The same domain, without the distortion.
-  return project_point<PerspectiveKernel<kPinhole>>(*this, max_radius_ * max_radius_, x_in_camera)
-      .has_value();
-}
-
-std::optional<Vector2d> Perspective::project(const Vector3d& x_in_camera) const {
-  return project_point<Kernel>(*this, max_radius_ * max_radius_, x_in_camera);
-}
-
-std::optional<Vector2d> Perspective::project(const Vector3d& x_in_camera, PointJacobian* by_point,
-                                             ParameterJacobian* by_parameters) const {
-  return project_point<Kernel>(*this, max_radius_ * max_radius_, x_in_camera, by_point,
-                               by_parameters);
-}
 
 std::optional<Ray> Perspective::ray_in_camera(const Vector2d& pixel) const {
   if (!pixel.allFinite()) return std::nullopt;
