@@ -57,7 +57,7 @@ Values row_of(const Picture& picture, const FoundCorners& seen) {
     const double square = squared_distance(error, *o.covariance_px2);
     ++claimed;
     distances += square;
-    beyond += square > kFiveSigma2 * kFiveSigma2;
+    beyond += !(square >= 0 && square <= kFiveSigma2 * kFiveSigma2);  // no covariance, if below 0
   }
   return {picture.name,
           static_cast<double>(picture.exact.size()),

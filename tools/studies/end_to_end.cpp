@@ -63,8 +63,8 @@ struct CornerErrors {
     if (!o.covariance_px2) return;
     const double square = squared_distance(error, *o.covariance_px2), d = std::sqrt(square);
     ++claims, nees += square / 2;
-    beyond_3 += d > 3, beyond_5 += d > 5;
-    if (d <= largest) return;
+    beyond_3 += !(d <= 3), beyond_5 += !(d <= 5);  // not a number: no covariance
+    if (!(d > largest)) return;
     largest = d;
     worst = fmt::format("{} tag {} corner {}", image, o.id.tag_id, o.id.corner);
   }
