@@ -227,7 +227,8 @@ inline constexpr double kBoardSureCorrelation = 0.93;
 inline constexpr double kBoardWrongCornerPx = 1;
 // Probability that random bits in a frame are taken for a tag that no other confirms: at most, and
 // where other tags of its plane should be in the picture and are not. Source: chosen by hand with
-// the study `detect_answers` (without them every eleventh picture without tags showed one of tag16h5).
+// the study `detect_answers` (without them every eleventh picture without tags showed one of
+// tag16h5).
 inline constexpr double kBoardMaxChance = 5e-4;
 inline constexpr double kBoardMaxChanceIfRefuted = 1e-5;
 
