@@ -161,6 +161,12 @@ inline RigDataset back_to_back(int num_axes, std::uint64_t seed, int num_instant
   return rig;
 }
 
+inline std::string all_sentences(const RigCalibration& answer) {
+  std::string all;
+  for (const Finding& f : answer.findings) all += f.code + ": " + f.sentence + "\n";
+  return all;
+}
+
 // The squared error of all extrinsics in units of their joint covariance, over their number.
 inline double nees_of_extrinsics(const RigDataset& rig, const RigCalibration& answer,
                                  std::size_t reference = 0) {

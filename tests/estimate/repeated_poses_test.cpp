@@ -66,8 +66,8 @@ Bundle bundle_at_truth(const Dataset& world) {
 TEST(RepeatedPoses, AreViewsWhosePointsHardlyMove) {
   const std::vector<std::size_t> near = {0, 0, 0, 1, 1, 1, 2, 2, 2};
   const WorldOptions three = {.num_views = 3};
-  EXPECT_EQ(internal::number_of_poses(bundle_at_truth(repeated(1, three, 3, 0.002, 0))), near);
-  const auto far = internal::number_of_poses(bundle_at_truth(repeated(1, three, 3, 0.2, 0)));
+  EXPECT_EQ(internal::pose_numbers(bundle_at_truth(repeated(1, three, 3, 0.002, 0))), near);
+  const auto far = internal::pose_numbers(bundle_at_truth(repeated(1, three, 3, 0.2, 0)));
   EXPECT_EQ(internal::num_poses(far), 9);
   EXPECT_EQ(internal::num_poses({}), 0);
 }
@@ -76,11 +76,11 @@ TEST(RepeatedPoses, AreViewsWhosePointsHardlyMove) {
 TEST(RepeatedPoses, TheirCorrelationShows) {
   for (const double common : {0.0, 0.3, 1.0}) {
     const Bundle bundle = bundle_at_truth(repeated(2, kEight, 4, 1e-4, common));
-    const double effect = internal::design_effect(bundle, internal::number_of_poses(bundle));
+    const double effect = internal::design_effect(bundle, internal::pose_numbers(bundle));
     EXPECT_NEAR(effect, 1 + 3 * common, 0.25) << common;
   }
   const Bundle once = bundle_at_truth(repeated(2, kEight, 1, 0, 1));
-  EXPECT_EQ(internal::design_effect(once, internal::number_of_poses(once)), 1);
+  EXPECT_EQ(internal::design_effect(once, internal::pose_numbers(once)), 1);
 }
 
 // Copies of pictures in another compression are no further evidence; pictures with noise of their

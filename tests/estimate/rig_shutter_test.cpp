@@ -13,12 +13,6 @@ namespace {
 
 constexpr double kReadout = 0.02;
 
-std::string sentences(const RigCalibration& answer) {
-  std::string all;
-  for (const Finding& finding : answer.findings) all += finding.sentence + "\n";
-  return all;
-}
-
 RigOptions finding_readouts() {
   RigOptions options;
   options.calibrate.front().model = "opencv5";
@@ -69,7 +63,7 @@ TEST(RigShutter, TheClaimsCoverTheReadouts) {
   for (std::uint64_t seed = 1; seed <= kCount; ++seed) {
     const RigDataset exact = rig_film(rising_ring(seed), kReadout, 40);
     const RigCalibration answer = calibrate_rig(with_noise(exact, 0.2, seed), finding_readouts());
-    ASSERT_EQ(answer.status, Status::ok) << seed << sentences(answer);
+    ASSERT_EQ(answer.status, Status::ok) << seed << all_sentences(answer);
     places += nees_of_extrinsics(exact, answer);
     for (const RigCameraEstimate& camera : answer.cameras)
       focal += std::pow(focal_error_sd(camera), 2) / 2;

@@ -81,7 +81,7 @@ class Walk {
  private:
   FrameMotion motion_;
   double moved_px_ = 0;   // since the last step
-  double sharpest_ = -1;  // sharpness of the best frame since then; -1: there is none
+  double sharpest_ = -1;  // sharpness of the best frame since then; -1 before the first
   std::size_t best_ = 0;
   std::vector<std::size_t> frames_;
 };

@@ -194,7 +194,7 @@ struct Entry {
   const char* id;
   const char* condition;
   const char* map;     // its name; empty: none
-  const char* remark;  // why there is none, or what the map does not say
+  const char* remark;  // why no map shows it, or what the map omits
 };
 
 constexpr Entry kCatalogue[] = {

@@ -81,7 +81,7 @@ constexpr std::array<LensParameter, N + 4> with_scales(std::string_view sx, std:
   return all;
 }
 
-// What all lens classes have. `Self` is the class, with N parameters.
+// The members that all lens classes share. `Self` is the class; it has N parameters.
 template <typename Self, int N>
 class LensOf {
  public:

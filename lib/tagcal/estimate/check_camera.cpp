@@ -29,7 +29,7 @@ void report_limits(const FreeFit& fit, const KnownRig& known, CameraCheck& check
   std::size_t most_poses = 0;
   for (std::size_t c = 0; c < fit.cameras.size(); ++c) {
     const Bundle& bundle = fit.state.cameras[c];
-    most_poses = std::max(most_poses, num_poses(number_of_poses(bundle)));
+    most_poses = std::max(most_poses, num_poses(pose_numbers(bundle)));
     const std::string prefix = fit.cameras.size() > 1 ? fit.cameras[c].name + ": " : "";
     if (!known.cameras[c].camera.model || known.covariance.size() == 0)
       add(check.findings, code::camera_exact,

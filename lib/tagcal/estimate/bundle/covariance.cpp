@@ -182,7 +182,7 @@ std::optional<BundleInformation> bundle_information(const Bundle& bundle, std::s
     if (!view) return std::nullopt;
     result.views.push_back(std::move(*view));
   }
-  result.sample = number_of_poses(bundle);
+  result.sample = pose_numbers(bundle);
   const PriorRows rows = prior_of(bundle);
   result.prior = rows.by_parameters.transpose() * rows.by_parameters;
   result.prior_gradient = rows.by_parameters.transpose() * rows.residuals;

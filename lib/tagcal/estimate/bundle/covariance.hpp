@@ -36,7 +36,7 @@ std::optional<ViewInformation> eliminate_pose(const Eigen::MatrixXd& gram);
 struct BundleInformation {
   std::vector<ViewInformation> views;
   // Numbers of the views' samples, which are independent: those of one pose are one sample
-  // (number_of_poses). Empty: each view is a sample of its own.
+  // (pose_numbers). Empty: each view is a sample of its own.
   std::vector<std::size_t> sample;
   Eigen::MatrixXd prior;           // J'J of lens_prior and the board
   Eigen::VectorXd prior_gradient;  // J'r

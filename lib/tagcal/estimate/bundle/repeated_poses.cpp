@@ -72,7 +72,7 @@ std::map<Coordinates, Vector2d> residuals_by_point(const Bundle& solved, const L
 
 }  // namespace
 
-std::vector<std::size_t> number_of_poses(const Bundle& bundle) {
+std::vector<std::size_t> pose_numbers(const Bundle& bundle) {
   std::vector<std::size_t> number, first_views;
   if (bundle.views.empty()) return number;
   const SamePose same(bundle);

@@ -11,7 +11,7 @@ namespace tagcal::internal {
 // each. Two views have one pose if the points that a view sees move by less than policy::kSamePose
 // of the image's diagonal (RMS) from the one to the other. Such views are not independent: what
 // detector, lens and board leave in their corners is the same in all of them.
-std::vector<std::size_t> number_of_poses(const Bundle& bundle);
+std::vector<std::size_t> pose_numbers(const Bundle& bundle);
 // How many poses these are.
 std::size_t num_poses(std::span<const std::size_t> pose_of_view);
 

@@ -175,8 +175,9 @@ inline constexpr double kRowSigmas[] = {0.0003, 0.001, 0.004};
 // ---- Bundle adjustment, covariance, projection (bundle/, advice)
 
 // Share of the image's diagonal by which a board moves (RMS) between two poses. Chosen by hand:
-// halves in time of three films of EuRoC differ by 1.5 (without poses), 1.40, 1.35, 1.24 and 1.39
-// times their claims with 0.01, 0.03, 0.05 and 0.11; 1,000 random worlds answer alike with all.
+// halves of three films of EuRoC differ by 1.51 times their claims without poses, and
+// by 1.40, 1.35, 1.29 and 1.39 with 0.011, 0.034, 0.067 and 0.112, each before design_effect;
+// by 1.24 with it.
 inline constexpr double kSamePose = 0.05;
 
 // Views that the assumed overdispersion, and the scaled covariance beside the spread of the views,

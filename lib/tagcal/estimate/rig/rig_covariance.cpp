@@ -100,7 +100,7 @@ std::vector<std::size_t> poses_of_instants(
     const RigState& state,
     const std::vector<std::vector<std::pair<std::size_t, std::size_t>>>& by_instant) {
   std::vector<std::vector<std::size_t>> pose_of_view;
-  for (const Bundle& camera : state.cameras) pose_of_view.push_back(number_of_poses(camera));
+  for (const Bundle& camera : state.cameras) pose_of_view.push_back(pose_numbers(camera));
   std::map<std::vector<std::pair<std::size_t, std::size_t>>, std::size_t> number_of;
   std::vector<std::size_t> numbers;
   for (const auto& views : by_instant) {
@@ -220,7 +220,7 @@ double overdispersion_of_rig(const RigState& solved) {
   double most = 1;
   for (const Bundle& camera : solved.cameras)
     if (!camera.views.empty())
-      most = std::max(most, expected_overdispersion(camera, number_of_poses(camera)));
+      most = std::max(most, expected_overdispersion(camera, pose_numbers(camera)));
   return most;
 }
 

@@ -25,7 +25,7 @@ FormatOutput write_euroc(const CameraFile& file);
 // distortion_model, and coefficients under a key of each.
 FileCamera read_kalibr_camera(const YamlValue& camera, std::string_view coefficients_key);
 
-// Of a lens: its keys in Kalibr's words. Throws Error for one that Kalibr does not have.
+// The keys of a lens in Kalibr's words. Throws Error for a lens that Kalibr does not have.
 struct KalibrLens {
   std::string_view camera_model;
   std::string intrinsics;

@@ -75,7 +75,7 @@ YamlValue parse_storage(const std::string& text, const std::string& file);
 
 // Sets the rectification of two placed cameras, as files of other programs have it beside the
 // cameras: rectified pictures have pixels of both cameras only (`alpha` 0, as ROS' calibrator).
-// Where the pair has none (rectify.hpp), a note says why.
+// A note says why if the pair cannot be rectified (rectify.hpp).
 void set_rectification(CameraFile& file);
 
 }  // namespace tagcal::internal

@@ -162,7 +162,7 @@ void change_pixels(const YamlValue& value, SceneCamera& camera) {
 
 // The name of a camera is that of its folder.
 std::string read_folder_name(const YamlValue& value) {
-  constexpr std::size_t kMostCharacters = 64;
+  constexpr std::size_t kMostCharacters = 64;  // numeric: file systems allow 255 bytes
   const std::string name = value.text();
   const bool is_plain = std::ranges::all_of(name, [](unsigned char c) {
     return c < 0x80 && (std::isalnum(c) != 0 || c == '-' || c == '_');

@@ -102,7 +102,7 @@ class BagDescriptor {
 
 // Private to io: the compressions of bags. Their libraries are loaded when they are first needed.
 
-// The `size` bytes of a chunk: `kind` is none (or empty), bz2, lz4 (its frame format) or zstd.
+// The `size` bytes of a chunk: `kind` is "none", empty, bz2, lz4 (its frame format) or zstd.
 // Throws Error for another kind, and if a library is not installed; Damage for bytes of another
 // length.
 std::string decompressed(std::string_view kind, std::string_view bytes, std::uint64_t size);
