@@ -83,10 +83,10 @@ TEST(ImageFilters, OnlyAMosaicOfSmallPicturesIsOne) {
         raw.row(y)[x] =
             static_cast<std::uint8_t>(std::lround((x + y) % 2 == 0 ? level : 0.6 * level));
       }
-    if (PictureWithoutMosaic(image).gain > 1) ++named;
+    if (PictureToSearch(image).gain > 1) ++named;
     if (width >= 32 && height >= 32 && side > 4) {
       ++mosaics;
-      EXPECT_NEAR(PictureWithoutMosaic(raw).gain, 1 / 0.6, 0.1) << width << 'x' << height;
+      EXPECT_NEAR(PictureToSearch(raw).gain, 1 / 0.6, 0.1) << width << 'x' << height;
     }
   }
   EXPECT_LE(named, 4);

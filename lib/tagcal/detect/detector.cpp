@@ -24,7 +24,7 @@ class TagWorker {
 
   PictureTags find(const ImageView8& image, const std::string& name) {
     check_size(camera_, image.size(), name);
-    std::vector<FoundTag> found = search_.find(PictureWithoutMosaic(image).pixels).tags;
+    std::vector<FoundTag> found = search_.find(PictureToSearch(image).pixels).tags;
     std::ranges::sort(found, {}, [](const FoundTag& tag) {
       const Eigen::Vector2d centre = centre_of(tag.corners);
       return std::tuple(tag.id, centre.x(), centre.y());

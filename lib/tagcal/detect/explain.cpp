@@ -279,7 +279,7 @@ std::vector<std::vector<TargetMistake>> mistakes_in(const std::vector<std::size_
   std::vector<std::vector<TargetMistake>> shown(probes.size());
   parallel_for(probes.size(), options.threads, [&](std::size_t i) {
     const Image8 image = images[probes[i]].load();
-    const PictureWithoutMosaic picture(image);
+    const PictureToSearch picture(image);
     Explainer explainer(picture.pixels, boards);
     explainer.run();
     shown[i] = explainer.mistakes();
@@ -311,7 +311,7 @@ std::vector<TargetMistake> wrong_marker_size(const std::vector<ImageSource>& ima
 }  // namespace
 
 Explanation explain(const ImageView8& image, const std::vector<PlacedBoard>& boards) {
-  return Explainer(PictureWithoutMosaic(image).pixels, boards).run();
+  return Explainer(PictureToSearch(image).pixels, boards).run();
 }
 
 std::vector<TargetMistake> target_mistakes(const std::vector<ImageSource>& images,

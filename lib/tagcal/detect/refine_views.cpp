@@ -184,7 +184,7 @@ RefinedViews refine_views(const Dataset& found, const std::vector<ImageSource>& 
         const auto source = by_name.find(name);
         if (source == by_name.end()) return;
         const Image8 loaded = source->second->load();
-        const PictureWithoutMosaic picture(loaded);
+        const PictureToSearch picture(loaded);
         const ImageView8 image = picture.pixels;
         check_size(&camera, image.size(), name);
         for (const PlacedBoard& placed : found.boards) {

@@ -115,7 +115,7 @@ int num_with_markers(const Image8& image, const Board& board, const TagRows& row
   DetectOptions options;
   options.refinement = Refinement::edges;
   TagSearch search({&board}, options);
-  const PictureWithoutMosaic picture(image);
+  const PictureToSearch picture(image);
   std::map<int, int> row_of;
   for (const Tag& tag : rows.tags) row_of.emplace(tag.id, rows.row_of(tag));
   int last = -1;

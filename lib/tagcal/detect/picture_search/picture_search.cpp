@@ -65,7 +65,7 @@ DetectedPicture PictureSearch::find(const ImageView8& image, const std::string& 
                                          kMinPictureSidePx, kMinPictureSidePx));
     return found;
   }
-  const PictureWithoutMosaic picture(image);
+  const PictureToSearch picture(image);
   if (picture.gain > 1)
     found.warnings.push_back(fmt::format(
         "{}: is a raw mosaic (levels of even and odd pixels differ by a factor of {:.1f}): their "

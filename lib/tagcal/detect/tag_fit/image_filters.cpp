@@ -78,6 +78,48 @@ Image8 with_gains(const ImageView8& image, const MosaicGains& gains) {
   return result;
 }
 
+// True if hardly any pixel of a border has a level between those of its two sides.
+bool has_two_levels(const ImageView8& image) {
+  constexpr int kRowStep = 4;  // numeric: a sample of the rows
+  int least = 255, most = 0;
+  for (int y = 0; y < image.height(); y += kRowStep) {
+    const auto [low, high] = std::minmax_element(image.row(y), image.row(y) + image.width());
+    least = std::min<int>(least, *low);
+    most = std::max<int>(most, *high);
+  }
+  // The outer eighths of the range are the two levels.
+  const int low = least + (most - least) / 8, high = most - (most - least) / 8;
+  int num_between = 0, num_steps = 0;
+  for (int y = 0; y < image.height(); y += kRowStep) {
+    const std::uint8_t* row = image.row(y);
+    for (int x = 1; x < image.width(); ++x) {
+      const auto [below, above] = std::minmax(row[x - 1], row[x]);
+      num_between += row[x] > low && row[x] < high;
+      num_steps += below <= low && above >= high;
+    }
+  }
+  return most - least >= policy::kMinContrast &&
+         num_between < policy::kMostBetweenLevels * num_steps;
+}
+
+// By the binomial filter 1 2 1 in both directions; no level is a bound, as of a clipped pixel.
+Image8 smoothed(const ImageView8& image) {
+  const int width = image.width(), height = image.height();
+  Image8 result(image.size());
+  for (int y = 0; y < height; ++y) {
+    const std::uint8_t* above = image.row(std::max(0, y - 1));
+    const std::uint8_t* here = image.row(y);
+    const std::uint8_t* below = image.row(std::min(height - 1, y + 1));
+    const auto column = [&](int x) { return above[x] + 2 * here[x] + below[x]; };
+    for (int x = 0; x < width; ++x) {
+      const int sum =
+          column(std::max(0, x - 1)) + 2 * column(x) + column(std::min(width - 1, x + 1));
+      result(x, y) = static_cast<std::uint8_t>(std::clamp((sum + 8) / 16, 1, 254));
+    }
+  }
+  return result;
+}
+
 }  // namespace
 
 Image8 halved(const ImageView8& image) {
@@ -143,12 +185,16 @@ double noise_of(const ImageView8& image) {
   return quantile / (kQuantile * std::sqrt(6.0));
 }
 
-PictureWithoutMosaic::PictureWithoutMosaic(const ImageView8& image) : pixels(image) {
-  const auto gains = mosaic_gains(image);
-  if (!gains) return;
-  gain = std::ranges::max(*gains);
-  levelled_ = with_gains(image, *gains);
-  pixels = levelled_;
+PictureToSearch::PictureToSearch(const ImageView8& image) : pixels(image) {
+  if (const auto gains = mosaic_gains(image)) {
+    gain = std::ranges::max(*gains);
+    changed_ = with_gains(image, *gains);
+  } else if (has_two_levels(image)) {
+    changed_ = smoothed(image);
+  } else {
+    return;
+  }
+  pixels = changed_;
 }
 
 Image8 part_of(const ImageView8& image, const PixelBox& box) {

@@ -23,17 +23,19 @@ Image8 part_of(const ImageView8& image, const PixelBox& box);
 
 // A picture to search. The four phases of a raw mosaic are brought to one level: a Bayer sensor has
 // a green, red or blue filter before each pixel, so bright, grey paper has a level of its own in
-// each of them. Other pictures stay.
-struct PictureWithoutMosaic {
-  explicit PictureWithoutMosaic(const ImageView8& image);  // which must outlive it
-  PictureWithoutMosaic(const PictureWithoutMosaic&) = delete;
-  PictureWithoutMosaic& operator=(const PictureWithoutMosaic&) = delete;
+// each of them. A picture of two levels, from a scanner, copier or threshold, is smoothed: borders
+// sharper than a pixel, between levels that look clipped, keep fits from converging. Other pictures
+// stay.
+struct PictureToSearch {
+  explicit PictureToSearch(const ImageView8& image);  // which must outlive it
+  PictureToSearch(const PictureToSearch&) = delete;
+  PictureToSearch& operator=(const PictureToSearch&) = delete;
 
   ImageView8 pixels;
-  double gain = 1;  // the largest one of a phase
+  double gain = 1;  // the largest one of a mosaic's phase
 
  private:
-  Image8 levelled_;
+  Image8 changed_;
 };
 
 // Standard deviation of a pixel's noise in the smooth parts of a picture, grey levels.
