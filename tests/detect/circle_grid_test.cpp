@@ -180,6 +180,34 @@ TEST(CircleGrids, SingleDiscsMayBeHiddenButNoOutermostRow) {
   EXPECT_EQ(why.checkerboards[0], "the symmetric grid of 8 x 6 circles is not found");
 }
 
+TEST(CircleGrids, WrongSizesAndTypesAreNamed) {
+  Random random(14);
+  const CheckerView view = checker_view(kAsymmetric, strong_lens(0), {22, 20, .8, 2, .2}, random);
+  const std::string shows = "the picture shows the asymmetric grid of 4 x 9 circles, but ";
+  const std::string write = "write targetCols: 4, targetRows: 9, asymmetricGrid: true";
+  const auto mistakes = [&](const Board& board) {
+    return explain(view.image, {{board, Pose()}}).mistakes;
+  };
+  for (const Board& board : {circles(4, 7, true), circles(9, 4, true), circles(4, 9, false)}) {
+    const auto named = mistakes(board);
+    ASSERT_EQ(named.size(), 1U);
+    EXPECT_HAS(named[0], "wrong size of grid: " + shows);
+    EXPECT_HAS(named[0], write);
+  }
+  const auto other = mistakes(make_board(Checkerboard{8, 5, .03, .03}));
+  ASSERT_EQ(other.size(), 1U);
+  EXPECT_HAS(other[0], "wrong target_type: " + shows);
+  EXPECT_HAS(other[0], "write target_type: circlegrid, targetCols: 4, targetRows: 9");
+  // A smaller grid may be a part of the board: several pictures tell.
+  EXPECT_TRUE(mistakes(circles(5, 9, true)).empty());
+  EXPECT_TRUE(mistakes(kAsymmetric).empty());
+  const std::vector<ImageSource> images(3, {"a.png", [&] { return view.image; }});
+  const std::vector<PlacedBoard> larger = {{circles(5, 9, true), Pose()}};
+  const auto of_three = target_mistakes(images, detect_all(images, larger), larger);
+  ASSERT_EQ(of_three.size(), 1U);
+  EXPECT_HAS(of_three[0].sentence, write);
+}
+
 TEST(CircleGrids, OtherPicturesShowNone) {
   Random random(13);
   const CheckerView squares = checker_view(make_board(Checkerboard{8, 5, .03, .03}), strong_lens(0),

@@ -15,19 +15,35 @@ namespace {
 
 using Eigen::Vector2d;
 
-// In the picture halved as often as is useful, then in finer ones, until all discs are found: a
-// large picture is slow, and its discs are larger than the search for blobs needs.
-CirclePlaces find_places(const ImageView8& image, const CircleGrid& grid) {
-  std::vector<Image8> halves;
-  const auto picture = [&](std::size_t k) -> ImageView8 { return k ? halves[k - 1] : image; };
-  const auto is_large = [](const ImageView8& view) {
+// The picture and its halved versions: a large picture is slow, and its discs are larger than the
+// search for blobs needs.
+class HalvedPictures {
+ public:
+  explicit HalvedPictures(const ImageView8& image) : image_(image) {
+    while (is_large(at(halves_.size()))) halves_.push_back(halved(at(halves_.size())));
+  }
+
+  std::size_t size() const { return halves_.size() + 1; }
+  // Halved k times.
+  ImageView8 at(std::size_t k) const { return k ? ImageView8(halves_[k - 1]) : image_; }
+
+ private:
+  static bool is_large(const ImageView8& view) {
     return static_cast<double>(view.width()) * view.height() / 4 >= policy::kBoardMinHalvedPixels;
-  };
-  while (is_large(picture(halves.size()))) halves.push_back(halved(picture(halves.size())));
+  }
+
+  ImageView8 image_;
+  std::vector<Image8> halves_;
+};
+
+// In the picture halved as often as is useful, then in finer ones, until all discs are found.
+CirclePlaces find_places(const ImageView8& image, const CircleGrid& grid) {
+  const HalvedPictures pictures(image);
   const auto num_discs = static_cast<std::size_t>(grid.columns * grid.rows);
   CirclePlaces best;
-  for (std::size_t k = halves.size() + 1; k-- > 0 && best.size() < num_discs;) {
-    CirclePlaces places = places_among(circle_blobs(picture(k), grid.columns * grid.rows), grid);
+  for (std::size_t k = pictures.size(); k-- > 0 && best.size() < num_discs;) {
+    CirclePlaces places =
+        places_among(circle_blobs(pictures.at(k), grid.columns * grid.rows), grid);
     if (places.size() <= best.size()) continue;
     const double scale = std::exp2(k);
     for (auto& [id, at] : places) at = scale * at + Vector2d::Constant((scale - 1) / 2);
@@ -65,6 +81,15 @@ std::vector<SeenCircles> CircleFinder::find(const ImageView8& image) const {
   std::vector<SeenCircles> result;
   for (const CircleGrid* grid : grids_) result.push_back(seen(image, *grid, camera_));
   return result;
+}
+
+std::optional<CircleGrid> whole_grid_in(const ImageView8& image) {
+  constexpr int kFewest = policy::kGridOfOtherTarget * policy::kGridOfOtherTarget;
+  const HalvedPictures pictures(image);
+  for (std::size_t k = pictures.size(); k-- > 0;)
+    if (const auto grid = whole_grid_among(circle_blobs(pictures.at(k), kFewest)))
+      if (!seen(image, *grid, nullptr).centres.empty()) return grid;  // they look like discs
+  return std::nullopt;
 }
 
 }  // namespace tagcal::internal

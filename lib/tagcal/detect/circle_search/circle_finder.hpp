@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,5 +30,8 @@ class CircleFinder {
   const Camera* camera_;
   std::vector<const CircleGrid*> grids_;
 };
+
+// The grid of circles, of any size, that a picture shows with all of its discs.
+std::optional<CircleGrid> whole_grid_in(const ImageView8& image);
 
 }  // namespace tagcal::internal

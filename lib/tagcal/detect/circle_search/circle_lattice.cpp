@@ -23,7 +23,8 @@ Cell operator+(const Cell& a, const Cell& b) { return {a.first + b.first, a.seco
 Cell operator-(const Cell& a) { return {-a.first, -a.second}; }
 
 constexpr Cell kSteps[] = {{1, 0}, {0, 1}, {-1, 0}, {0, -1}};
-constexpr double kFirstReachPx = 32;  // numeric: within which neighbours are looked for first
+constexpr double kFirstReachPx = 32;      // numeric: within which neighbours are looked for first
+constexpr std::size_t kMostDiscs = 1000;  // of a grid of unknown size, as a limit of work
 constexpr double kIndependent = 0.3;  // numeric: sine of the angle between two vectors of a basis
 
 double cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
@@ -50,6 +51,9 @@ class Growth {
     CircleLattice result;
     for (const auto& [cell, blob] : cells_) result[cell] = blobs_[blob].at;
     return result;
+  }
+  void mark_used(std::vector<bool>& blobs) const {
+    for (const auto& [cell, blob] : cells_) blobs[blob] = true;
   }
 
  private:
@@ -236,12 +240,16 @@ CirclePlaces places_in_lattice(const CircleGrid& grid, const CircleLattice& latt
   return best;
 }
 
+PointBins bins_of(const std::vector<CircleBlob>& blobs) {
+  std::vector<Vector2d> centres;
+  for (const CircleBlob& blob : blobs) centres.push_back(blob.at);
+  return PointBins(centres);
+}
+
 }  // namespace
 
 CirclePlaces places_among(const std::vector<CircleBlob>& blobs, const CircleGrid& grid) {
-  std::vector<Vector2d> centres;
-  for (const CircleBlob& blob : blobs) centres.push_back(blob.at);
-  const PointBins bins(centres);
+  const PointBins bins = bins_of(blobs);
   const auto num_discs = static_cast<std::size_t>(grid.columns * grid.rows);
   for (std::size_t seed = 0; seed < blobs.size(); ++seed) {
     const Growth growth(blobs, bins, seed, num_discs);
@@ -249,6 +257,29 @@ CirclePlaces places_among(const std::vector<CircleBlob>& blobs, const CircleGrid
     if (!places.empty()) return places;
   }
   return {};
+}
+
+std::optional<CircleGrid> whole_grid_among(const std::vector<CircleBlob>& blobs) {
+  const PointBins bins = bins_of(blobs);
+  CircleLattice lattice;
+  std::vector<bool> is_used(blobs.size(), false);
+  for (std::size_t seed = 0; seed < blobs.size() && lattice.size() <= kMostDiscs; ++seed) {
+    if (is_used[seed]) continue;
+    const Growth growth(blobs, bins, seed, kMostDiscs);
+    growth.mark_used(is_used);
+    if (CircleLattice grown = growth.lattice(); grown.size() > lattice.size())
+      lattice = std::move(grown);
+  }
+  if (lattice.size() > kMostDiscs) return std::nullopt;
+  const int num_discs = static_cast<int>(lattice.size());
+  for (int columns = num_discs / policy::kGridOfOtherTarget; columns >= policy::kGridOfOtherTarget;
+       --columns)
+    for (const bool asymmetric : {false, true}) {
+      const CircleGrid grid{columns, num_discs / columns, 1, 0, asymmetric};
+      if (num_discs % columns == 0 && places_in_lattice(grid, lattice).size() == lattice.size())
+        return grid;
+    }
+  return std::nullopt;
 }
 
 }  // namespace tagcal::internal

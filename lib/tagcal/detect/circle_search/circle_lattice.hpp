@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <map>
+#include <optional>
 #include <vector>
 
 #include "tagcal/detect/opencv/circle_blobs.hpp"
@@ -16,5 +17,9 @@ using CirclePlaces = std::map<int, Eigen::Vector2d>;
 // A grid's discs among the blobs of a picture: the first lattice that shows them from the front,
 // each outermost row and column to a third, and more than half of all. Empty if none does.
 CirclePlaces places_among(const std::vector<CircleBlob>& blobs, const CircleGrid& grid);
+
+// The grid of which the largest lattice among the blobs is all discs, in units of its spacing. No
+// value if there is none.
+std::optional<CircleGrid> whole_grid_among(const std::vector<CircleBlob>& blobs);
 
 }  // namespace tagcal::internal

@@ -53,7 +53,7 @@ std::vector<TargetMistake> layout_mistakes(const Board& board, const SeenQuads& 
 std::optional<TargetMistake> grid_size_mistake(const SeenChecker& seen, const Board& board);
 
 // The mistake of a picture that shows nothing of the boards, but a board of another type: tags,
-// markers of a ChArUco board, or a checkerboard.
+// markers of a ChArUco board, a grid of circles (also of another size), or a checkerboard.
 std::optional<TargetMistake> target_type_mistake(const ImageView8& image,
                                                  const std::vector<PlacedBoard>& boards);
 

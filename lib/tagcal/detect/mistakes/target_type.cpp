@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "tagcal/detect/board_search/board_symmetry.hpp"
+#include "tagcal/detect/circle_search/circle_finder.hpp"
 #include "tagcal/detect/policy/policy.hpp"
 #include "tagcal/internal/overloaded.hpp"
 
@@ -48,6 +50,22 @@ std::optional<TargetMistake> other_tags(const ImageView8& image, const Board& bo
                  "dictionary: " + dictionary);
 }
 
+std::optional<TargetMistake> circle_grid(const ImageView8& image, const Board& board) {
+  const auto seen = whole_grid_in(image);
+  if (!seen) return std::nullopt;
+  const std::string shown = "the picture shows " + name_of(*seen);
+  const std::string keys = fmt::format("targetCols: {}, targetRows: {}, asymmetricGrid: {}",
+                                       seen->columns, seen->rows, seen->asymmetric);
+  const auto* const stated = std::get_if<CircleGrid>(&board.pattern);
+  if (!stated) return mistake(shown, board, "circlegrid", keys);
+  TargetMistake mistake{
+      "wrong size of grid",
+      fmt::format("{}, but the target file says {}; write {}", shown, name_of(*stated), keys)};
+  mistake.needs_others = seen->columns <= stated->columns && seen->rows <= stated->rows &&
+                         seen->asymmetric == stated->asymmetric;
+  return mistake;
+}
+
 std::optional<TargetMistake> checkerboard(const ImageView8& image, const Board& board) {
   // The finder names the largest grid that is not of the size that it looks for.
   const std::vector<PlacedBoard> small = {{make_board(Checkerboard{2, 2, 1, 1}), Pose()}};
@@ -64,8 +82,9 @@ std::optional<TargetMistake> target_type_mistake(const ImageView8& image,
                                                  const std::vector<PlacedBoard>& boards) {
   if (boards.empty()) return std::nullopt;  // a search for a family
   const Board& board = boards.front().board;
-  if (auto tags = other_tags(image, board)) return tags;
-  return checkerboard(image, board);
+  for (const auto& find : {other_tags, circle_grid, checkerboard})
+    if (auto mistake = find(image, board)) return mistake;
+  return std::nullopt;
 }
 
 std::optional<TargetMistake> grid_size_mistake(const SeenChecker& seen, const Board& board) {
