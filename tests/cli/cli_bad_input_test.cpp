@@ -51,6 +51,10 @@ TEST_F(Cli, OptionsWithoutEffectAreRefused) {
   for (const std::string& command : {std::string("calibrate "), "pose --camera " + camera + " "})
     expect_bad_input(command + set + corners + " --refinement edges",
                      {"--refinement: belongs to corners found in pictures"});
+  expect_bad_input("calibrate " + set + " --frames all",
+                   {"--frames: belongs to videos and bags, " + set});
+  expect_bad_input("calibrate " + exact_set("exact").string() + " --refinement edges",
+                   {"--refinement: belongs to corners found in pictures", "observations_exact"});
   expect_bad_input("report " + camera + " " + camera + " --camera " + camera + " --out " + page,
                    {"--camera: only for the poses"});
   expect_bad_input("report " + camera + " --distance 4 --out " + page,

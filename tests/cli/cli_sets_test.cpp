@@ -108,6 +108,33 @@ TEST_F(CliSets, DataSetsLeaveOutBadPicturesToo) {
   expect_bad_input("detect " + path("bad_set") + " --strict", {"003.png", "is empty"});
 }
 
+TEST_F(CliSets, ADataSetOfARigTakesTheOptionsOfItsPictures) {
+  good_run("render " TAGCAL_SOURCE_DIR "/data-synthetic/scenes/stereo.yaml --views 6 --out " +
+           path("rig"));
+  const std::string set = "rig " + path("rig");
+  expect_bad_input(set + " --frames every:2", {"--frames: belongs to videos and bags", "rig"});
+  expect_bad_input(set + " --refinement edges",
+                   {"--refinement: belongs to corners found in pictures", "observations_exact"});
+  expect_bad_input(set + " --exclude '*'", {"--exclude: leaves no picture of left"});
+  const auto instants = [](const Outcome& out) {
+    return nlohmann::json::parse(out.out).at("num_instants").get<int>();
+  };
+  const Outcome four = good_run(set + " --json --exclude 001.png --exclude 004.png");
+  EXPECT_EQ(instants(four), 4);
+  EXPECT_HAS(run(set + " --exclude x.png").err, "x.png is the name of no picture");
+  spill(root() / "rig/dataset.yaml",
+        "target: target.yaml\nrig:\n  cameras:\n    - {name: left, images: left/images}\n"
+        "    - {name: right, images: right/images}\n");
+  spill(root() / "rig/left/images/001.png", "");
+  const Outcome some = good_run(set + " --json");
+  EXPECT_HAS(some.err, "left/images/001.png: is empty; the picture is left out");
+  EXPECT_EQ(nlohmann::json::parse(some.out)["cameras"][0]["num_views"], 5);
+  expect_bad_input(set + " --strict", {"left/images/001.png: is empty"});
+  const Outcome less = good_run(set + " --json --exclude '001*' --refinement stock");
+  EXPECT_LACKS(less.err, "left out");
+  EXPECT_NE(less.out, some.out);
+}
+
 TEST_F(CliSets, PicturesOfAnotherSizeAreNamedByTheMajority) {
   const fs::path folder = photos("mixed");
   write_png(folder / "000.png", Image8({400, 640}));

@@ -210,7 +210,7 @@ int run(const CLI::App& command, const Arguments& given) {
   CalibrateOptions& options = arguments.job.options;
   overrule(arguments, options);
   arguments.job.until_px = goal_of(arguments.until);
-  arguments.job.shutter = shutter_of(arguments.shutter, arguments.job.input.frames);
+  arguments.job.shutter = shutter_of(arguments.shutter, arguments.job.input.default_frames);
   if (arguments.near_m > 0) options.distances_m = {kInfinitelyFar, arguments.near_m};
   naming_options([&] { check_options(options); });  // before any work
   const bool several = are_several_cameras(arguments);

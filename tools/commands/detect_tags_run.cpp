@@ -35,7 +35,7 @@ using TagsOfPictures = std::vector<std::vector<DetectedTag>>;
 TagsOfPictures find_tags(const TagSearch& search, Input& input, const Camera* camera) {
   DetectOptions options;
   options.threads = search.threads;
-  options.refinement = input.refinement;
+  options.refinement = input.refinement.value_or(options.refinement);
   options.camera = camera;
   options.skip_unreadable = !input.strict;
   std::optional<Progress> progress;

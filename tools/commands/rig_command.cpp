@@ -150,7 +150,7 @@ RigCalibration calibrate_input(const Arguments& arguments, Shutter shutter,
 
 int run(const Arguments& given) {
   Arguments arguments = given;
-  const Shutter shutter = shutter_of(arguments.shutter, arguments.input.frames);
+  const Shutter shutter = shutter_of(arguments.shutter, arguments.input.default_frames);
   check_outputs(arguments);
   arguments.input.other_outputs = {arguments.out, arguments.report};
   RigInput input = read_rig(arguments);

@@ -33,7 +33,8 @@ Input camera_input(const RigInputArguments& arguments, std::size_t camera) {
   if (!arguments.targets.empty()) input.target = arguments.targets.front();
   input.inputs = {arguments.input.inputs[camera]};
   if (!arguments.corners.empty()) input.observations = arguments.corners[camera];
-  if (input.frames.empty() || input.frames == "auto") input.frames = "evenly";  // equal in all
+  if (input.default_frames.empty()) input.default_frames = "evenly";  // equal in all
+  if (input.frames == "auto") input.frames = input.default_frames;
   Input read = read_input(input);
   for (std::size_t b = 1; b < arguments.targets.size(); ++b)
     read.dataset.boards.push_back({read_target(arguments.targets[b], {}, &read.warnings), Pose()});
@@ -109,19 +110,43 @@ void check_number_of_corners(const RigInputArguments& arguments, std::size_t num
                             num_cameras, arguments.corners.size()));
 }
 
-// --observations instead of what the data set has.
-void replace_observations(const RigInputArguments& arguments, RigFolder& folder) {
+// --observations instead of what the data set has, without the views of --exclude.
+void choose_observations(const RigInputArguments& arguments, Exclusion& exclusion,
+                         RigFolder& folder) {
   check_number_of_corners(arguments, folder.files.size());
-  if (arguments.corners.empty()) return;
+  if (arguments.corners.empty() && arguments.input.excluded.empty()) return;
   for (std::size_t c = 0; c < folder.files.size(); ++c) {
     RigCamera& camera = folder.rig.cameras[c];
     RigCameraFiles& files = folder.files[c];
-    files.observations = arguments.corners[c];
-    folder.texts.push_back(files.observations);
-    camera.data.views = read_observations(files.observations, camera.data.boards, &folder.warnings);
+    if (!arguments.corners.empty()) {
+      files.observations = arguments.corners[c];
+      folder.texts.push_back(files.observations);
+      camera.data.views =
+          read_observations(files.observations, camera.data.boards, &folder.warnings);
+    }
+    std::erase_if(camera.data.views,
+                  [&](const View& view) { return exclusion.excludes(view.image); });
+    if (files.images.empty() && files.unreadable.empty() && camera.data.views.empty())
+      throw Error("--exclude: leaves no picture of " + camera.name);
     if (!files.times_s.empty()) camera.times_s = times_of(camera.data.views, files);
   }
   folder.rig.instants.clear();
+}
+
+// Finds the corners of a camera, unless they are observations.
+Input views_of_camera(const RigInputArguments& arguments, const RigCameraFiles& files,
+                      RigCamera& camera) {
+  Input read = input_of(camera.name, camera.data, files.images);
+  read.observations = files.observations.string();
+  read.strict = arguments.input.strict;
+  read.refinement = refinement_of(arguments.input);
+  leave_out(files.unreadable, read.strict, files.images.empty(), read.warnings);
+  find_views(read, arguments.threads);
+  print_warnings(read.warnings);
+  camera.data.views = std::move(read.dataset.views);
+  if (files.observations.empty() && !files.times_s.empty())
+    camera.times_s = times_of(camera.data.views, files);
+  return read;
 }
 
 // A data set with the key rig.
@@ -129,22 +154,18 @@ RigInput read_data_set(const RigInputArguments& arguments) {
   const std::string& name = arguments.input.inputs.front();
   if (!arguments.targets.empty())
     throw Error(fmt::format("--target: {} is a data set, which names its own boards", name));
-  RigFolder folder = read_rig_folder(name);
-  replace_observations(arguments, folder);
+  check_dataset_options(arguments.input);
+  Exclusion exclusion(arguments.input.excluded);
+  RigFolder folder =
+      read_rig_folder(name, [&](const fs::path& file) { return exclusion.excludes(file); });
+  choose_observations(arguments, exclusion, folder);
+  warn_of_unused(exclusion, folder.warnings);
   check_outputs(arguments, files_of(folder));
   print_warnings(folder.warnings);
   RigInput result;
-  for (std::size_t c = 0; c < folder.rig.cameras.size(); ++c) {
-    RigCamera& camera = folder.rig.cameras[c];
-    Input read = input_of(camera.name, camera.data, folder.files[c].images);
-    result.pictures.push_back(read.files);
-    if (!folder.files[c].observations.empty()) continue;
-    find_views(read, arguments.threads);
-    print_warnings(read.warnings);
-    camera.data.views = std::move(read.dataset.views);
-    if (!folder.files[c].times_s.empty())
-      camera.times_s = times_of(camera.data.views, folder.files[c]);
-  }
+  for (std::size_t c = 0; c < folder.rig.cameras.size(); ++c)
+    result.pictures.push_back(
+        views_of_camera(arguments, folder.files[c], folder.rig.cameras[c]).files);
   if (folder.rig.instants.empty() || arguments.pair != "name")
     folder.rig.instants = paired(arguments, folder.rig.cameras);
   result.rig = std::move(folder.rig);

@@ -41,7 +41,7 @@ CameraViews read_camera_views(const InputArguments& input, const std::string& ca
 struct RigInput {
   RigDataset rig;
   std::vector<std::map<std::string, std::filesystem::path>> pictures;  // by camera and View::image
-  Refinement refinement = DetectOptions().refinement;                  // of the corners
+  std::optional<Refinement> refinement;                                // of the corners
 };
 
 // From a data set with the key rig, or a folder or pattern for each camera. Prints the warnings of

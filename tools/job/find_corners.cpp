@@ -80,7 +80,7 @@ void detect_views(Input& input, int threads, bool shows_progress, const Camera* 
   check_detectable(boards, input.name);
   DetectOptions options;
   options.threads = threads;
-  options.refinement = input.refinement;
+  options.refinement = input.refinement.value_or(options.refinement);
   options.camera = camera;
   options.skip_unreadable = !input.strict;
   std::optional<Progress> progress;
@@ -122,7 +122,11 @@ void refine_views(Input& input, const Camera& camera, int threads, bool shows_pr
 }
 
 void find_views(Input& input, int threads, bool shows_progress, const Camera* camera) {
-  if (input.observations.empty()) detect_views(input, threads, shows_progress, camera);
+  if (input.observations.empty()) return detect_views(input, threads, shows_progress, camera);
+  if (input.refinement)
+    throw Error(fmt::format(
+        "--refinement: belongs to corners found in pictures, those of {} are the ones of {}",
+        input.name, input.observations));
 }
 
 void need_views(Input& input, int threads, bool shows_progress) {

@@ -61,25 +61,6 @@ void set_images(const std::vector<fs::path>& files, Input& input) {
   set_times(input);
 }
 
-// Makes warnings of the messages about pictures that cannot be read, or the error.
-void leave_out(const std::vector<std::string>& unreadable, bool strict, bool none_left,
-               std::vector<std::string>& warnings) {
-  if (unreadable.empty()) return;
-  if (strict) throw Error(unreadable.front());
-  if (none_left) {
-    throw Error(unreadable.size() == 1 ? unreadable.front()
-                                       : fmt::format("none of {} pictures can be read: {}",
-                                                     unreadable.size(), unreadable.front()));
-  }
-  for (const std::string& message : unreadable)
-    warnings.push_back(message + "; the picture is left out");
-}
-
-void warn_of_unused(const Exclusion& exclusion, std::vector<std::string>& warnings) {
-  for (const std::string& pattern : exclusion.unused())
-    warnings.push_back(fmt::format("--exclude: {} is the name of no picture", pattern));
-}
-
 Board read_board(const InputArguments& arguments, Input& input) {
   std::optional<double> size;
   if (arguments.tag_size_m > 0) size = arguments.tag_size_m;
@@ -98,8 +79,10 @@ Input read_pictures(const InputArguments& arguments) {
     input.texts.emplace_back(arguments.target);
     input.dataset.boards.push_back({read_board(arguments, input), {}});
   }
-  std::vector<fs::path> files =
-      picture_files(arguments.inputs, frame_choice(arguments.frames), &input.frames);
+  std::vector<fs::path> files = picture_files(
+      arguments.inputs,
+      frame_choice(arguments.frames.empty() ? arguments.default_frames : arguments.frames),
+      &input.frames);
   Exclusion exclusion(arguments.excluded);
   std::erase_if(files, [&](const fs::path& file) { return exclusion.excludes(file); });
   if (files.empty()) throw Error("--exclude: leaves no picture");
@@ -140,6 +123,7 @@ void check_dataset_folder(const InputArguments& arguments) {
 
 Input read_folder(const InputArguments& arguments) {
   check_dataset_folder(arguments);
+  check_dataset_options(arguments);
   const std::string& folder = arguments.inputs.front();
   Exclusion exclusion(arguments.excluded);
   DatasetFolder read =
@@ -181,6 +165,39 @@ void check_outputs(const InputArguments& arguments, const Input& input) {
 }
 
 }  // namespace
+
+void leave_out(const std::vector<std::string>& unreadable, bool strict, bool none_left,
+               std::vector<std::string>& warnings) {
+  if (unreadable.empty()) return;
+  if (strict) throw Error(unreadable.front());
+  if (none_left) {
+    throw Error(unreadable.size() == 1 ? unreadable.front()
+                                       : fmt::format("none of {} pictures can be read: {}",
+                                                     unreadable.size(), unreadable.front()));
+  }
+  for (const std::string& message : unreadable)
+    warnings.push_back(message + "; the picture is left out");
+}
+
+void warn_of_unused(const Exclusion& exclusion, std::vector<std::string>& warnings) {
+  for (const std::string& pattern : exclusion.unused())
+    warnings.push_back(fmt::format("--exclude: {} is the name of no picture", pattern));
+}
+
+void check_dataset_options(const InputArguments& arguments) {
+  const std::string& name = arguments.inputs.front();
+  if (!arguments.frames.empty())
+    throw Error(
+        fmt::format("--frames: belongs to videos and bags, {} is a data set of pictures: "
+                    "leave it out, or leave pictures out with --exclude",
+                    name));
+  if (arguments.tag_size_m > 0) throw Error("--tag-size: needs --target, a field layout of WPILib");
+}
+
+std::optional<Refinement> refinement_of(const InputArguments& arguments) {
+  if (arguments.refinement.empty()) return std::nullopt;
+  return kRefinements.at(arguments.refinement);
+}
 
 void choose_views(Input& input, const std::vector<std::string>& names) {
   std::set<std::string> known;
@@ -258,13 +275,11 @@ void add_observations(CLI::App& command, InputArguments& arguments) {
 }
 
 Input read_input(const InputArguments& arguments) {
-  if (arguments.tag_size_m > 0 && arguments.target.empty() && arguments.family.empty())
-    throw Error("--tag-size: needs --target, a field layout of WPILib");
   if (!arguments.observations.empty() && !arguments.refinement.empty())
     throw Error("--refinement: belongs to corners found in pictures, not to --observations");
   const bool is_dataset = arguments.target.empty() && arguments.family.empty();
   Input input = is_dataset ? read_folder(arguments) : read_pictures(arguments);
-  if (!arguments.refinement.empty()) input.refinement = kRefinements.at(arguments.refinement);
+  input.refinement = refinement_of(arguments);
   input.strict = arguments.strict;
   check_outputs(arguments, input);
   if (!arguments.no_cache && !arguments.out.empty()) input.cache = corner_cache_of(arguments.out);

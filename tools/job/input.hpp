@@ -24,6 +24,7 @@ struct InputArguments {
   std::string refinement;             // of corners in pictures; "": the default
   std::vector<std::string> excluded;  // names or patterns of pictures (picture_files.hpp)
   std::string frames;                 // of videos and bags: as frame_choice takes them
+  std::string default_frames;         // the command's own choice, if the user makes none
   bool strict = false;                // a picture that cannot be read ends the run
   bool takes_pictures = false;        // the command has --target, too
   bool no_cache = false;
@@ -52,8 +53,8 @@ struct Input {
   std::optional<FrameTally> frames;          // of one video or bag with --frames auto
   std::vector<std::filesystem::path> texts;  // all other files that were read
   bool strict = false;
-  std::filesystem::path cache;  // file of corners found before; "": none
-  Refinement refinement = DetectOptions().refinement;
+  std::filesystem::path cache;           // file of corners found before; "": none
+  std::optional<Refinement> refinement;  // of corners that are found; no value: the default
   std::vector<std::vector<UnfittedTag>> unfitted;  // of each view, if detected
   double corner_error_px = 0;                      // as in DetectedPicture
   std::vector<TargetMistake> mistakes;             // that the pictures show
@@ -65,6 +66,18 @@ struct Input {
 // do not have one common size, or none is left, and if an output would replace a file that is read
 // or another output.
 Input read_input(const InputArguments& arguments);
+
+// --refinement; no value: not given.
+std::optional<Refinement> refinement_of(const InputArguments& arguments);
+
+// Makes warnings of the messages about pictures that cannot be read, or throws Error if that is not
+// allowed or none is left.
+void leave_out(const std::vector<std::string>& unreadable, bool strict, bool none_left,
+               std::vector<std::string>& warnings);
+void warn_of_unused(const Exclusion& exclusion, std::vector<std::string>& warnings);
+
+// Throws Error for --frames and --tag-size, which the pictures of a data set do not take.
+void check_dataset_options(const InputArguments& arguments);
 
 // The time of a picture or view by its name (Input::times_s), if it has one.
 std::optional<double> time_of(const Input& input, const std::string& image);

@@ -53,8 +53,8 @@ Option add_shutter(CLI::App& command, std::string& shutter) {
       .seldom();
 }
 
-Shutter shutter_of(const std::string& text, std::string& frames) {
-  if (text == "rolling" && frames.empty()) frames = "all";
+Shutter shutter_of(const std::string& text, std::string& default_frames) {
+  if (text == "rolling") default_frames = "all";
   return text == "rolling"  ? Shutter::rolling
          : text == "global" ? Shutter::global
                             : Shutter::automatic;

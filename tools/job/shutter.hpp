@@ -16,9 +16,9 @@ enum class Shutter { automatic, rolling, global };
 
 // --shutter
 Option add_shutter(CLI::App& command, std::string& shutter);
-// Its value. A frame's velocity is seen in its neighbours: `frames` (--frames) becomes "all" for a
-// rolling one, unless it says which.
-Shutter shutter_of(const std::string& text, std::string& frames);
+// Its value. A frame's velocity is seen in its neighbours: `default_frames` becomes "all" for a
+// rolling one.
+Shutter shutter_of(const std::string& text, std::string& default_frames);
 
 // True for frames of videos and bags alone, and for observations with times.
 bool has_times(const Input& input);
