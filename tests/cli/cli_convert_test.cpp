@@ -116,6 +116,17 @@ TEST_F(ConvertCli, CamerasOfPartsAndScaledPictures) {
   EXPECT_NEAR(after[3], (before[3] - 20 + 0.5) / 2 - 0.5, 1e-9);
   EXPECT_EQ(after[4], before[4]);
   EXPECT_LACKS(written.err, "--resize: ");
+  good_run("calibrate " + path("set") + " --out " + path("k.yaml"));
+  EXPECT_LACKS(good_run("convert " + path("k.yaml") + " " + path("k2.yaml") +
+                        " --to tagcal --crop 40,20,560x360 --resize 280x180")
+                   .err,
+               "standard deviations");
+  const CalibrationFile all = read_calibration(path("k.yaml")),
+                        k = read_calibration(path("k2.yaml"));
+  EXPECT_NEAR(k.sigmas[0], all.sigmas[0] / 2, 1e-9 * all.sigmas[0]);
+  EXPECT_NEAR(k.claim_covariance(2, 3), all.claim_covariance(2, 3) / 4,
+              1e-9 * all.claim_covariance(2, 2));
+  EXPECT_NEAR(*k.camera_error_px, *all.camera_error_px / 2, 1e-9);
   const std::string convert = "convert " + truth + " " + path("o.yaml") + " --to tagcal ";
   // A scale that is equal but for the rounding of the sides, and one of another aspect ratio.
   EXPECT_LACKS(run(convert + "--resize 213x133").err, "--resize: ");

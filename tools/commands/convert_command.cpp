@@ -94,6 +94,7 @@ void drop_what_is_of_other_lenses(CameraFile& file, const Arguments& arguments) 
   if (has_findings)
     file.notes.emplace_back(
         "dropped: the warnings of the calibration, which belong to the lenses of IN");
+  if (arguments.model.model.empty()) return;
   if (file.rig_covariance.size() > 0)
     file.notes.emplace_back(
         "dropped: the covariance of the rig, which belongs to the lenses of IN");
@@ -103,9 +104,9 @@ void drop_what_is_of_other_lenses(CameraFile& file, const Arguments& arguments) 
 // The cameras of pictures that are a part of those of the file, or scaled, or both in this order.
 void cut_and_scale(CameraFile& file, const Arguments& arguments) {
   if (arguments.crop.empty() && arguments.resize.empty()) return;
-  bool had_uncertainty = false;
-  for (FileCamera& in_file : file.cameras) {
-    CalibrationFile& known = in_file.calibration;
+  std::vector<Camera> cameras;
+  for (const FileCamera& in_file : file.cameras) {
+    const CalibrationFile& known = in_file.calibration;
     if (known.camera.image_size == ImageSize{})
       throw Error(fmt::format("{}: {} has no image size; state it by --image-size",
                               arguments.resize.empty() ? "--crop" : "--resize", arguments.in));
@@ -124,11 +125,9 @@ void cut_and_scale(CameraFile& file, const Arguments& arguments) {
       note_aspect(camera.image_size, size, file.notes);
       camera = resized(camera, size);
     }
-    had_uncertainty = had_uncertainty || !known.sigmas.empty();
-    known = {camera, "", {}, {}, {}, {}};
+    cameras.push_back(camera);
   }
-  if (had_uncertainty)
-    file.notes.emplace_back("dropped: the standard deviations, which belong to the other pixels");
+  put_on_pixels(file, cameras);
 }
 
 std::vector<std::string> names_of_formats() {

@@ -53,4 +53,12 @@ std::string_view format_of_name(const std::filesystem::path& file);
 std::vector<std::string> write_camera_file(const std::filesystem::path& out, const CameraFile& file,
                                            std::string_view format);
 
+// Puts the cameras of a file on other pixels: each becomes the one of `cameras`, which is it after
+// `cropped` and `resized` (viewing/viewport.hpp). The parameters of the lens change linearly, and
+// all covariances with them, exactly. A model that does not have the new lens (a principal point at
+// the centre of the image, fx as fy) becomes one that frees these, with zeros for what was held.
+// The region of the corners is cut to the new image; camera_error_px grows by the larger scale.
+// Findings stay as they are.
+void put_on_pixels(CameraFile& file, std::span<const Camera> cameras);
+
 }  // namespace tagcal
