@@ -1,5 +1,8 @@
 // tagcal handeye, from outside.
+#include <sstream>
+
 #include "cli_handeye_fixture.hpp"
+#include "tagcal/geometry/viewpoint.hpp"
 #include "tagcal/random.hpp"
 
 namespace tagcal::tools {
@@ -56,6 +59,51 @@ TEST_F(CliHandeye, NamesTheReadingThatFits) {
   EXPECT_EQ(out.exit_code, 3);
   EXPECT_HAS(out.out, "the lengths are metres,");
   EXPECT_FALSE(fs::exists(root() / "no.yaml"));
+}
+
+// The desk's poses as another robot, or a slip, writes them: by one change the file can have.
+TEST_F(CliHandeye, NamesOnlyWhatTheFileCanHave) {
+  std::vector<std::string> images;
+  std::vector<Pose> poses;
+  std::istringstream lines(robot_);
+  std::string line;
+  std::getline(lines, line);
+  while (std::getline(lines, line)) {
+    std::ranges::replace(line, ',', ' ');
+    std::istringstream words(line);
+    std::string image;
+    double x, y, z, w, i, j, k;
+    words >> image >> x >> y >> z >> w >> i >> j >> k;
+    images.push_back(image);
+    poses.emplace_back(Eigen::Quaterniond(w, i, j, k), Eigen::Vector3d(x, y, z));
+  }
+  const auto says = [&](const std::string& columns, double lengths, const auto& numbers,
+                        const std::string& change) {
+    robot_ = "image,x_m,y_m,z_m," + columns + "\n";
+    for (std::size_t n = 0; n < poses.size(); ++n) {
+      robot_ += images[n];
+      for (const double t : poses[n].translation()) robot_ += "," + std::to_string(lengths * t);
+      for (const double r : numbers(poses[n].rotation())) robot_ += "," + std::to_string(r);
+      robot_ += "\n";
+    }
+    const Outcome out = handeye("--json");
+    EXPECT_EQ(out.exit_code, 3) << change;
+    EXPECT_EQ(Json::parse(out.out)["reading"]["change"], change);
+  };
+  const auto vector = [](const Eigen::Quaterniond& q) { return log_rotation(q); };
+  const auto angles = [](const Eigen::Quaterniond& q) {
+    const RollPitchYaw a = roll_pitch_yaw(q);
+    return Eigen::Vector3d(a.roll_rad, a.pitch_rad, a.yaw_rad);
+  };
+  const std::string of_vector = "rx_rad,ry_rad,rz_rad", of_angles = "roll_rad,pitch_rad,yaw_rad";
+  says(of_vector, 100, vector, "the lengths are centimetres, not metres");
+  says(of_angles, 1 / 0.0254, angles, "the lengths are inches, not metres");
+  says(of_angles, 1, vector, "roll, pitch and yaw are a rotation vector");
+  says(of_vector, 1, angles, "the rotation vectors are roll, pitch and yaw");
+  says(
+      of_angles, 1,
+      [&](const Eigen::Quaterniond& q) { return Eigen::Vector3d(angles(q).reverse()); },
+      "the angles are in the order yaw, pitch, roll");
 }
 
 TEST_F(CliHandeyePoses, FindTheCameraInTheHand) {

@@ -32,23 +32,25 @@ std::map<std::string, std::size_t> places_of(const std::vector<std::string>& nam
   return places;
 }
 
-// The pose of each picture by name.
-std::map<std::string, Pose> poses_by_name(const HandeyeInput& input, const std::string& robot,
-                                          const RobotPoses& poses) {
+// The number of the pose of each picture by name.
+std::map<std::string, std::size_t> poses_by_name(const HandeyeInput& input,
+                                                 const std::string& robot,
+                                                 const RobotPoses& poses) {
   const auto places = places_of(input.pictures, input.name);
-  std::map<std::string, Pose> by_name;
+  std::map<std::string, std::size_t> by_name;
   for (std::size_t i = 0; i < poses.images.size(); ++i) {
     const std::string name = stem_of(poses.images[i]);
     if (input.has_all_pictures && !places.contains(name))
       throw Error(fmt::format("{}: {} is no picture of {}", robot, poses.images[i], input.name));
-    if (!by_name.emplace(name, poses.base_from_hand[i]).second)
+    if (!by_name.emplace(name, i).second)
       throw Error(fmt::format("{}: two poses have the picture {}", robot, name));
   }
   return by_name;
 }
 
-std::map<std::string, Pose> poses_by_order(const HandeyeInput& input, const std::string& robot,
-                                           const RobotPoses& poses) {
+std::map<std::string, std::size_t> poses_by_order(const HandeyeInput& input,
+                                                  const std::string& robot,
+                                                  const RobotPoses& poses) {
   std::vector<std::string> pictures = input.pictures;
   if (pictures.size() != poses.base_from_hand.size())
     throw Error(
@@ -57,9 +59,8 @@ std::map<std::string, Pose> poses_by_order(const HandeyeInput& input, const std:
                     robot, poses.base_from_hand.size(), input.name, pictures.size()));
   std::ranges::sort(pictures, {}, [](const std::string& p) { return order_of_numbers(p); });
   places_of(pictures, input.name);
-  std::map<std::string, Pose> by_name;
-  for (std::size_t i = 0; i < pictures.size(); ++i)
-    by_name.emplace(stem_of(pictures[i]), poses.base_from_hand[i]);
+  std::map<std::string, std::size_t> by_name;
+  for (std::size_t i = 0; i < pictures.size(); ++i) by_name.emplace(stem_of(pictures[i]), i);
   return by_name;
 }
 
@@ -175,6 +176,7 @@ HandeyeInput read_handeye(const HandeyeArguments& arguments) {
 
 void add_robot_poses(const std::string& robot, const RobotPoses& poses, const std::string& times,
                      HandeyeInput& input, HandeyeOptions& options) {
+  options.robot_form = poses.form;
   if (!poses.times_s.empty()) {
     add_times(robot, times, input);
     options.path = RobotPath{poses.times_s, poses.base_from_hand};
@@ -191,7 +193,8 @@ void add_robot_poses(const std::string& robot, const RobotPoses& poses, const st
     const auto found = by_name.find(stem_of(view.image));
     if (found == by_name.end())
       throw Error(fmt::format("{}: has no pose of the picture {}", robot, view.image));
-    view.base_from_hand = found->second;
+    view.base_from_hand = poses.base_from_hand[found->second];
+    if (!poses.rotations.empty()) view.rotation_numbers = poses.rotations[found->second];
   }
 }
 

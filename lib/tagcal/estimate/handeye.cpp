@@ -56,7 +56,7 @@ std::vector<SeenView> posed_views(std::span<const HandeyeView> views) {
       own.hypotheses.push_back({pose.camera_from_target, pose.covariance});
     if (!v.poses.empty()) own.status = Status::ok;
     own.findings = v.findings;
-    seen.push_back({v.image, {}, {}, own, v.poses, v.base_from_hand, v.time_s});
+    seen.push_back({v.image, {}, {}, own, v.poses, v.base_from_hand, v.time_s, v.rotation_numbers});
   }
   return seen;
 }
@@ -75,7 +75,8 @@ std::vector<SeenView> seen_views(std::span<const HandeyeView> views, const Camer
                             estimate_pose(v.seen, camera, pose),
                             {},
                             v.base_from_hand,
-                            v.time_s};
+                            v.time_s,
+                            v.rotation_numbers};
                });
   return seen;
 }
@@ -181,7 +182,7 @@ class HandeyeRun {
 
   bool is_read_wrongly() {
     const HandeyeProblem& problem = sights_.problem();
-    better_ = better_reading(sights_.pairs(), problem.mount, problem.scale);
+    better_ = better_reading(sights_.pairs(), problem.mount, problem.scale, options_.robot_form);
     if (!better_ || !better_->is_certain) return false;
     refuse_reading(better_->reading);
     return true;
@@ -192,9 +193,10 @@ class HandeyeRun {
   bool is_likelier_otherwise(const HandeyeMinimum& given) {
     if (!better_) return false;
     HandeyeProblem problem = sights_.problem();
-    for (HandeyeSight& s : problem.sights) s.base_from_hand = better_->read(s.base_from_hand);
     std::vector<HandeyePair> pairs = sights_.pairs();
-    for (HandeyePair& pair : pairs) pair.base_from_hand = better_->read(pair.base_from_hand);
+    for (HandeyePair& pair : pairs) pair.base_from_hand = better_->read(pair);
+    for (std::size_t i = 0; i < pairs.size(); ++i)
+      problem.sights[i].base_from_hand = pairs[i].base_from_hand;
     const auto start = closed_form_places(pairs, problem.mount, problem.scale);
     const auto other = start ? bundle_of(problem, start->places) : std::nullopt;
     const double likelier = other ? given.objective - other->objective : 0;
@@ -245,7 +247,9 @@ class HandeyeRun {
     auto minimum = bundle_of(problem, start.places);
     if (!minimum)
       add(answer_.findings, code::not_converged,
-          "the bundle left the lens' domain, or its equations are singular");
+          "the bundle left the lens' domain, or its equations are singular: check that pictures "
+          "and "
+          "poses belong together, and the columns, units and frames of the robot's file");
     return minimum;
   }
 

@@ -20,6 +20,8 @@ struct HandeyeView {
   // likeliest first.
   std::vector<SeenPose> poses = {};
   std::vector<Finding> findings = {};  // without a pose: why
+  // The rotation as HandeyeOptions::robot_form; no value: not known, or of a path.
+  std::optional<RotationNumbers> rotation_numbers = std::nullopt;
 };
 
 // Where a camera is on a robot's hand (or beside the robot), and where the board is, from views of

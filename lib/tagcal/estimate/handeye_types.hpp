@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <optional>
 #include <string>
@@ -29,6 +30,17 @@ struct RobotPath {
 // No value outside of the path.
 std::optional<Pose> hand_at(const RobotPath& path, double time_s);
 
+// How the robot's poses were written, as far as it is known: of the ways in which they can have
+// been misread, those are tried that this allows.
+enum class RotationForm { unknown, wxyz, xyzw, vector, roll_pitch_yaw, matrix };
+struct RobotForm {
+  RotationForm rotation = RotationForm::unknown;
+  double length_unit_m = 0;  // 1 or 0.001; 0: not known
+  bool in_degrees = false;   // a rotation vector, or roll, pitch and yaw
+};
+// A rotation as it was written, in radians: w x y z, or a rotation vector, or roll, pitch and yaw.
+using RotationNumbers = std::array<double, 4>;
+
 struct HandeyeOptions {
   CameraMount mount = CameraMount::hand;
   double sigma_px = 0;  // as PoseOptions
@@ -38,6 +50,7 @@ struct HandeyeOptions {
   bool reject_outliers = true;  // views whose robot pose contradicts the others
   // With a path, the views' robot poses are those at their times; their own are not used.
   std::optional<RobotPath> path;
+  RobotForm robot_form;
   // Estimates what is to be added to the views' times to get those of the path. Needs a path.
   bool find_time_offset = false;
   std::size_t num_threads = 1;  // 0: one per core; the answer does not depend on it

@@ -94,6 +94,9 @@ class PoseTable {
       poses_.times_s.push_back(time_s);
     }
     poses_.base_from_hand.push_back(columns_->pose(fields));
+    poses_.form = columns_->form();
+    if (poses_.form.rotation != RotationForm::matrix)
+      poses_.rotations.push_back(columns_->rotation_numbers(fields));
   }
 
   std::string file_;
@@ -124,6 +127,7 @@ RobotPoses read_pose_files(const fs::path& folder) {
   if (files.empty()) throw Error(folder.string() + ": has no .yaml file of a pose");
   std::ranges::sort(files, {}, order_of_numbers);
   RobotPoses poses;
+  poses.form = {RotationForm::vector, 1, false};
   for (const fs::path& file : files) poses.base_from_hand.push_back(read_pose_vector(file));
   return poses;
 }

@@ -5,7 +5,7 @@
 #include <tuple>
 #include <vector>
 
-#include "tagcal/geometry/pose.hpp"
+#include "tagcal/estimate/handeye_types.hpp"
 
 // Poses of a robot's hand as robots and their recorders write them.
 
@@ -17,6 +17,8 @@ struct RobotPoses {
   std::vector<std::string> images;  // one for each pose, or none
   std::vector<double> times_s;      // the same, strictly increasing
   std::vector<Pose> base_from_hand;
+  RobotForm form;                          // of the file
+  std::vector<RotationNumbers> rotations;  // for each pose as the file has it, but for matrices
 };
 
 // Reads a table, or a folder with one YAML file a pose (ViSP's pose vectors: x y z in metres,

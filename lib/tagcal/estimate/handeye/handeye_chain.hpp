@@ -53,6 +53,7 @@ struct HandeyeSight {
   // The poses of the view alone, the likeliest first; without corners with their covariances.
   std::vector<SeenPose> own;
   Pose base_from_hand;  // as the robot says
+  std::optional<RotationNumbers> rotation_numbers = std::nullopt;
   // The step of base_from_hand by the time of the view (1/s); zero without a path.
   Vector6d velocity = Vector6d::Zero();
 };

@@ -148,7 +148,7 @@ std::string HandeyeSights::why_unusable() const {
 std::vector<HandeyePair> HandeyeSights::pairs() const {
   std::vector<HandeyePair> pairs;
   for (const HandeyeSight& s : problem_.sights)
-    pairs.push_back({s.own[0].camera_from_target, s.base_from_hand});
+    pairs.push_back({s.own[0].camera_from_target, s.base_from_hand, s.rotation_numbers});
   return pairs;
 }
 
@@ -157,6 +157,7 @@ std::optional<HandeyeSight> HandeyeSights::sight_of(const SeenView& view,
   if (!is_answer(view.own.status)) return std::nullopt;
   HandeyeSight sight;
   sight.base_from_hand = view.base_from_hand;
+  sight.rotation_numbers = view.rotation_numbers;
   if (options_.path) {
     constexpr double kStep = 1e-3;  // numeric: s, of a difference
     const double time = *view.time_s + time_offset_s;

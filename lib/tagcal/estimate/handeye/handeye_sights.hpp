@@ -19,6 +19,7 @@ struct SeenView {
   std::span<const SeenPose> poses;  // of a view without corners
   Pose base_from_hand;
   std::optional<double> time_s;
+  std::optional<RotationNumbers> rotation_numbers;
 };
 
 // What the views that can be used say, in their order.

@@ -12,6 +12,7 @@ namespace tagcal::internal {
 struct HandeyePair {
   Pose camera_from_board;
   Pose base_from_hand;
+  std::optional<RotationNumbers> rotation_numbers = std::nullopt;
 };
 
 struct HandeyeStart {

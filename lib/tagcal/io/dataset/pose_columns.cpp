@@ -157,6 +157,25 @@ double PoseColumns::number(const std::vector<std::string_view>& fields, PoseColu
   return columns_[i].factor * *value;
 }
 
+RobotForm PoseColumns::form() const {
+  RobotForm form;
+  form.length_unit_m = columns_[*place(x)].factor;
+  form.rotation = has(qw)     ? (*place(qw) < *place(qx) ? RotationForm::wxyz : RotationForm::xyzw)
+                  : has(rx)   ? RotationForm::vector
+                  : has(roll) ? RotationForm::roll_pitch_yaw
+                              : RotationForm::matrix;
+  if (has(rx) || has(roll)) form.in_degrees = columns_[*place(has(rx) ? rx : roll)].factor != 1;
+  return form;
+}
+
+RotationNumbers PoseColumns::rotation_numbers(const std::vector<std::string_view>& fields) const {
+  const auto at = [&](PoseColumn column) { return number(fields, column); };
+  if (has(qw)) return {at(qw), at(qx), at(qy), at(qz)};
+  if (has(rx)) return {at(rx), at(ry), at(rz), 0};
+  if (has(roll)) return {at(roll), at(pitch), at(yaw), 0};
+  return {};
+}
+
 Eigen::Quaterniond PoseColumns::rotation(const std::vector<std::string_view>& fields) const {
   const auto at = [&](PoseColumn column) { return number(fields, column); };
   if (has(qw)) {

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "tagcal/geometry/pose.hpp"
+#include "tagcal/estimate/handeye_types.hpp"
 
 // Private to io: what the columns of a table of poses are (robot_poses.hpp).
 
@@ -57,6 +57,9 @@ class PoseColumns {
   // The fields of a line as numbers; throws Error("qw: must be a finite number, got ..").
   double number(const std::vector<std::string_view>& fields, PoseColumn column) const;
   Pose pose(const std::vector<std::string_view>& fields) const;
+  RobotForm form() const;
+  // The numbers of the rotation; of a matrix zeros.
+  RotationNumbers rotation_numbers(const std::vector<std::string_view>& fields) const;
 
  private:
   struct Column {
