@@ -61,6 +61,30 @@ TEST_F(CheckCli, BadInputIsOneLine) {
   EXPECT_EQ(run("check " + kDesk + " --pair index --camera " + camera()).exit_code, 2);
 }
 
+// The order of the folders says nothing, and exchanged ones are named.
+TEST_F(CheckCli, TheFoldersOfARig) {
+  const std::string rig = path("rig.yaml"), corners = path("rig/");
+  good_run("render " TAGCAL_SOURCE_DIR "/data-synthetic/scenes/stereo.yaml --views 8 --out " +
+           path("rig"));
+  const std::string target = " --target " + corners + "target.yaml";
+  const std::string left = " " + corners + "left/images", right = " " + corners + "right/images";
+  good_run("rig" + left + right + target + " --out " + rig);
+  const auto check = [&](const std::string& folders) {
+    return run("check" + target + folders + " --camera " + rig + " --json");
+  };
+  const Json as_rig = Json::parse(check(left + right).out)["cameras"];
+  const Json other = Json::parse(check(right + left).out)["cameras"];
+  for (int c = 0; c < 2; ++c)
+    EXPECT_NEAR(as_rig[c]["sigma_px"].get<double>(), other[1 - c]["sigma_px"].get<double>(), 1e-4);
+  fs::create_directories(root() / "swapped");
+  fs::copy(root() / "rig/left", root() / "swapped/right", fs::copy_options::recursive);
+  fs::copy(root() / "rig/right", root() / "swapped/left", fs::copy_options::recursive);
+  const Outcome swapped =
+      check(" " + path("swapped/left/images") + " " + path("swapped/right/images"));
+  EXPECT_EQ(swapped.exit_code, 1);
+  EXPECT_HAS(swapped.out, "the pictures agree with the rig if left and right exchange theirs");
+}
+
 // k1 is known well, the focal length is not: a pattern of the difference that is better known than
 // all of them together.
 TEST_F(CheckCli, DiffSaysWhyASmallDifferenceShows) {

@@ -91,18 +91,8 @@ void require_options(const RigDataset& dataset, const KnownRig& known,
   }
 }
 
-}  // namespace
-
-std::string_view kind_name(ChangeKind kind) {
-  static constexpr std::string_view kNames[] = {"focal length", "principal point",
-                                                "focal length and principal point",
-                                                "place in the rig", "lens"};
-  return kNames[static_cast<std::size_t>(kind)];
-}
-
-CameraCheck check_rig(const RigDataset& dataset, const KnownRig& known,
-                      const CheckOptions& options) {
-  require_options(dataset, known, options);
+CameraCheck check_once(const RigDataset& dataset, const KnownRig& known,
+                       const CheckOptions& options) {
   CameraCheck check;
   check.in_sigmas = -kInfinite;
   check.smallest_px = kInfinite;
@@ -140,6 +130,44 @@ CameraCheck check_rig(const RigDataset& dataset, const KnownRig& known,
   judge_check(options.limit_px, check);
   if (check.in_sigmas > policy::kCheckQuantile)
     check.change = leanest_change(candidates, test, *fit);
+  return check;
+}
+
+// Names two cameras with which the pictures agree if they exchange theirs.
+void report_exchange(const RigDataset& dataset, const KnownRig& known, const CheckOptions& options,
+                     CameraCheck& check) {
+  for (std::size_t b = 1; b < dataset.cameras.size(); ++b)
+    for (std::size_t a = 0; a < b; ++a) {
+      if (dataset.cameras[a].data.image_size != dataset.cameras[b].data.image_size) continue;
+      RigDataset exchanged = dataset;
+      std::swap(exchanged.cameras[a].data.views, exchanged.cameras[b].data.views);
+      std::swap(exchanged.cameras[a].times_s, exchanged.cameras[b].times_s);
+      for (Instant& instant : exchanged.instants) std::swap(instant.view[a], instant.view[b]);
+      const double in_sigmas = check_once(exchanged, known, options).in_sigmas;
+      if (!std::isfinite(in_sigmas) || in_sigmas > policy::kCheckQuantile) continue;
+      add(check.findings, code::sizes_swapped,
+          fmt::format("the pictures agree with the rig if {} and {} exchange theirs: exchange "
+                      "their folders",
+                      known.cameras[a].name, known.cameras[b].name));
+      return;
+    }
+}
+
+}  // namespace
+
+std::string_view kind_name(ChangeKind kind) {
+  static constexpr std::string_view kNames[] = {"focal length", "principal point",
+                                                "focal length and principal point",
+                                                "place in the rig", "lens"};
+  return kNames[static_cast<std::size_t>(kind)];
+}
+
+CameraCheck check_rig(const RigDataset& dataset, const KnownRig& known,
+                      const CheckOptions& options) {
+  require_options(dataset, known, options);
+  CameraCheck check = check_once(dataset, known, options);
+  if (check.in_sigmas > policy::kCheckQuantile && !check.change)
+    report_exchange(dataset, known, options, check);
   return check;
 }
 

@@ -5,6 +5,7 @@
 #include <limits>
 #include <set>
 
+#include "tagcal/estimate/bundle/observability.hpp"
 #include "tagcal/estimate/calibration/model_error.hpp"
 #include "tagcal/estimate/camera_check/free_start.hpp"
 #include "tagcal/estimate/findings.hpp"
@@ -278,9 +279,9 @@ class Fitting {
     // The shape of the board was found with the free lens, and may fit no other one.
     camera.known_rms_px = std::sqrt(std::min(held, held_flat) / camera.num_corners);
     int all = 0;
-    for (const CheckedCamera& other : fit_.cameras) all += other.num_corners;
-    camera.sigma_px = std::sqrt(shared / camera.num_corners) /
-                      std::sqrt(2 * fit_.freedom / (2.0 * std::max(all, camera.num_corners)));
+    for (const Bundle& other : fit_.state.cameras) all += num_corners(other);
+    camera.sigma_px =
+        std::sqrt(shared / camera.num_corners) / std::sqrt(static_cast<double>(fit_.freedom) / all);
   }
 
   static constexpr double kSettled = 1e-3;  // numeric: share of a noise that changes no test
