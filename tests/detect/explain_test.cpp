@@ -231,6 +231,20 @@ TEST(Explain, WrongCharucoBoards) {
   }
 }
 
+// AprilTag's tags are a dictionary, too: the squares tell.
+TEST(Explain, AnAprilGridBeforeACharucoFile) {
+  expect_one_mistake(
+      explained(picture_of(grid_of("tag36h11", 1)), make_board(charuco(7, 6, false))),
+      "wrong target_type: the picture shows 12 tags of tag36h11, but the target file "
+      "says target_type: charuco; write target_type: aprilgrid");
+  Charuco apriltag = charuco(7, 6, false);
+  apriltag.dictionary = "DICT_APRILTAG_36h11";
+  const Explanation e =
+      explained(picture_of(make_board(apriltag)), make_board(charuco(7, 6, false)));
+  expect_one_mistake(e, "wrong dictionary: ");
+  EXPECT_HAS(e.mistakes[0], "write dictionary: DICT_APRILTAG_36h11");
+}
+
 // A column of the board has places of another one, or all tags are a row off.
 TEST(Explain, WrongFirstIds) {
   const Image8 image = picture_of(grid_of("tag36h11", 1));

@@ -69,13 +69,31 @@ std::size_t count_in(const ImageView8& image, const TagKind& kind) {
   return kinds.empty() ? 0 : kinds.front().tags.size();
 }
 
+std::string dictionary_of(const TagsOfKind& seen, const Board& board) {
+  // The picture may show a part of the board.
+  const int last = std::max(std::ranges::max_element(seen.tags, {}, &FoundTag::id)->id,
+                            std::ranges::max(tags_of(board), {}, &Tag::id).id);
+  return smallest_dictionary_with(seen.kind.family, last);
+}
+
+// Tags of AprilTag are those of a ChArUco board with another dictionary only if they are on its
+// squares.
+bool are_on_squares(const ImageView8& image, const TagsOfKind& seen, const Board& board) {
+  const std::string dictionary = dictionary_of(seen, board);
+  if (!dictionary.starts_with("DICT_APRILTAG")) return true;
+  Charuco charuco = std::get<Charuco>(board.pattern);
+  charuco.dictionary = dictionary;
+  if (std::ranges::max(tags_of(board), {}, &Tag::id).id >=
+      std::ssize(tag_family(dictionary, 1).codes))
+    return true;
+  const std::vector<PlacedBoard> other = {{make_board(charuco), Pose()}};
+  return !CheckerFinder(other, {}).find(image).front().corners.empty();
+}
+
 TargetMistake other_kind(const TagsOfKind& seen, const TagKind& wanted, const Board& board) {
   const std::size_t n = seen.tags.size();
   if (checkers(board)) {
-    // The picture may show a part of the board.
-    const int last = std::max(std::ranges::max_element(seen.tags, {}, &FoundTag::id)->id,
-                              std::ranges::max(tags_of(board), {}, &Tag::id).id);
-    const std::string dictionary = smallest_dictionary_with(seen.kind.family, last);
+    const std::string dictionary = dictionary_of(seen, board);
     return {"wrong dictionary",
             fmt::format("{} markers of {} are in the picture, but the target file says {}; write "
                         "dictionary: {}",
@@ -167,6 +185,8 @@ std::optional<TargetMistake> kind_mistake(const ImageView8& image, const Board& 
     if (!nothing_found && !is_border) continue;  // tags of another object
     if (!most || seen.tags.size() > most->tags.size()) most = &seen;
   }
+  if (most && checkers(board) && !are_on_squares(image, *most, board))
+    if (auto type = target_type_mistake(image, {{board, Pose()}})) return type;
   if (most) return other_kind(*most, wanted, board);
   return nothing_found ? wrong_picture(image, wanted) : std::nullopt;
 }
