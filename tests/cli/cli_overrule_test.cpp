@@ -18,7 +18,7 @@ class CliOverrule : public Cli {
 };
 
 TEST_F(CliOverrule, WhatIsFixedStandsInTheReportTheJsonAndTheFile) {
-  const std::string fix = "--fix cx=317,k3=0 --fix cy=203 ";
+  const std::string fix = "--fix 'cx=317, k3=0' --fix cy=203 ";
   const Outcome text = run(calibrate("opencv5") + fix + "--out " + path("fixed.yaml"));
   ASSERT_EQ(text.exit_code, 0) << text.out << text.err;
   EXPECT_HAS(text.out, "held       cx 317, cy 203, k3 0, as asked");

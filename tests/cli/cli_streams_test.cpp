@@ -47,6 +47,15 @@ TEST_F(CliStreams, ExitCodesDoNotDependOnStderr) {
   }
 }
 
+TEST_F(CliStreams, CornersComeFromStdin) {
+  const std::string corners = path("set/observations_exact.csv");
+  const std::string calibrate = "calibrate " + path("set") + " --observations ";
+  const Outcome usual = good_run(calibrate + corners);
+  const Outcome piped = run_with("2>/dev/null <" + corners, calibrate + "-");
+  EXPECT_EQ(piped.exit_code, 0);
+  EXPECT_EQ(without_time(piped.out), without_time(usual.out));
+}
+
 // Lines of messages that are not our own.
 std::vector<std::string> foreign_lines(const std::string& err) {
   std::vector<std::string> foreign;

@@ -189,6 +189,7 @@ void add_data(CLI::App& command, Arguments& arguments) {
   add_option(command, "--observations", arguments.corners,
              "files with the corners of each camera, in the order of the folders")
       .separated_by(',')
+      .reads_text()
       .text("CSV,CSV");
   add_no_cache(command, arguments.input.no_cache);
   add_shutter(command, arguments.shutter);

@@ -17,6 +17,7 @@
 #include "tagcal/io/dataset_file.hpp"
 #include "tagcal/io/rig_file.hpp"
 #include "tagcal/io/target_file.hpp"
+#include "tagcal/io/text_file.hpp"
 #include "tagcal/scene/rig_pairing.hpp"
 
 namespace tagcal::tools {
@@ -201,7 +202,7 @@ std::vector<std::string> names_of_folders(const std::vector<std::string>& inputs
 RigInputArguments rig_arguments(const InputArguments& input, const std::string& pair, int threads) {
   RigInputArguments rig{input, {}, {}, pair, threads};
   for (const auto part : std::views::split(input.observations, ','))
-    rig.corners.emplace_back(part.begin(), part.end());
+    rig.corners.emplace_back(trimmed({part.begin(), part.end()}));
   if (!input.target.empty()) rig.targets = {input.target};
   return rig;
 }

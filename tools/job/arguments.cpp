@@ -131,12 +131,26 @@ Option& Option::suggests(const std::vector<std::string>& values) {
   return *this;
 }
 
-Option& Option::writes_text() {
-  const auto named = [](std::string& text) {
-    if (text == "-") text = "/dev/stdout";
+namespace {
+
+// "-" is this file.
+CLI::Validator dash_is(const std::string& file) {
+  const auto named = [file](std::string& text) {
+    if (text == "-") text = file;
     return std::string();
   };
-  option_->transform(CLI::Validator(named, "", ""));
+  return {named, "", ""};
+}
+
+}  // namespace
+
+Option& Option::writes_text() {
+  option_->transform(dash_is("/dev/stdout"));
+  return *this;
+}
+
+Option& Option::reads_text() {
+  option_->transform(dash_is("/dev/stdin"));
   return *this;
 }
 
@@ -146,7 +160,11 @@ Option& Option::seldom() {
 }
 
 Option& Option::separated_by(char separator) {
-  option_->delimiter(separator);
+  const auto trim = [](std::string& text) {
+    text = trimmed(text);
+    return std::string();
+  };
+  option_->delimiter(separator)->transform(CLI::Validator(trim, "", ""));
   return *this;
 }
 

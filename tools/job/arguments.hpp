@@ -24,10 +24,11 @@ class Option {
   Option& excludes(const Option& other);
   Option& one_of(std::vector<std::string> values);
   Option& suggests(const std::vector<std::string>& values);  // to a shell; others are possible
-  Option& writes_text();  // "-" is stdout; an option --out without this refuses it
-  Option& seldom();       // only --help-all shows it
-  Option& separated_by(char separator);
-  Option& repeatable();  // one value each time
+  Option& writes_text();                 // "-" is stdout; an option --out without this refuses it
+  Option& reads_text();                  // "-" is stdin
+  Option& seldom();                      // only --help-all shows it
+  Option& separated_by(char separator);  // and blanks
+  Option& repeatable();                  // one value each time
   Option& description(const std::string& text);
 
  private:

@@ -271,7 +271,8 @@ void add_no_cache(CLI::App& command, bool& no_cache) {
 void add_observations(CLI::App& command, InputArguments& arguments) {
   add_option(command, "--observations", arguments.observations,
              "corners of tagcal detect, instead of the data set's")
-      .text("CSV");
+      .text("CSV")
+      .reads_text();
 }
 
 Input read_input(const InputArguments& arguments) {
