@@ -96,8 +96,13 @@ TEST_F(Cli, MessagesNameTheFileOrOptionThatIsWrong) {
                    {"ids.yaml: board: tag id: must be in 0..586 of tag36h11, got 587"});
   expect_bad_input("detect -x.png", {"-x.png: unknown option"});
   spill(root() / "wide.yaml", replaced(slurp(camera), "640", "700"));
-  expect_bad_input("diff " + camera + " " + path("wide.yaml"),
-                   {path("wide.yaml") + ": image size must be 640x400 as in " + camera});
+  expect_bad_input(
+      "diff " + camera + " " + path("wide.yaml"),
+      {path("wide.yaml") + ": image size must be 640x400 as in " + camera, "--resize"});
+  const std::string target = " --target " + set + "/target.yaml";
+  expect_bad_input("calibrate" + target + target + " " + set + "/images",
+                   {"--target: takes one value only, a data set has several boards"});
+  expect_bad_input("convert " + camera + " -", {"standard output has no name", "--to: tagcal"});
   const std::string plane = "reproject --camera " + camera + " --plane --view 000.png --maps" +
                             " --rectangle 0,0,1,1 --out " + path("plane") + " --m-per-px ";
   expect_bad_input(plane + "1e300", {"--m-per-px: no pixel is in the rectangle"});

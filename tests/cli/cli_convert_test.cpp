@@ -141,6 +141,8 @@ TEST_F(ConvertCli, CamerasOfPartsAndScaledPictures) {
   expect_bad_input("convert " + path("stereo2.yml:left") + " " + path("o.yaml") +
                        " --to tagcal --resize 320x240",
                    {"--resize", "--image-size"});
+  expect_bad_input("convert " + path("stereo2.yml:left") + " " + path("o.yaml") + " --to tagcal",
+                   {"stereo2.yml:left: has no image size, which tagcal needs", "--image-size"});
 }
 
 TEST_F(ConvertCli, CornersOfACheckerboardCalibrate) {

@@ -179,7 +179,7 @@ TEST_F(CliReproject, WrongArgumentsAreNamed) {
                    {"no pictures given"});
   write_png(root() / "small.png", Image8({10, 10}));
   expect_bad_input(with("--undistort all " + out) + " " + path("small.png"),
-                   {"small.png: must be 640x400 pixels", "got 10x10"});
+                   {"small.png: must be 640x400 pixels", "got 10x10", "--resize or --crop"});
   spill(root() / "cut.pgm", "P5\n640 400\n255\nabc");  // a whole header
   expect_bad_input(
       with("--plane --m-per-px 0.001 --target " + path("set/target.yaml") + " " + out) + " " +

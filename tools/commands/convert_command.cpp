@@ -130,6 +130,16 @@ void cut_and_scale(CameraFile& file, const Arguments& arguments) {
   put_on_pixels(file, cameras);
 }
 
+// Cameras that lack the size that the format holds.
+void check_image_sizes(const CameraFile& file, const Arguments& arguments,
+                       const CameraFormat& format) {
+  if (format.only_poses) return;
+  for (const FileCamera& camera : file.cameras)
+    if (camera.calibration.camera.image_size == ImageSize{})
+      throw Error(fmt::format("{}: has no image size, which {} needs: state it by --image-size",
+                              arguments.in, format.name));
+}
+
 std::vector<std::string> names_of_formats() {
   std::vector<std::string> names;
   for (const CameraFormat& format : camera_formats()) names.emplace_back(format.name);
@@ -140,8 +150,10 @@ std::string format_of(const Arguments& arguments) {
   if (!arguments.format.empty()) return arguments.format;
   const std::string_view format = format_of_name(arguments.out);
   if (!format.empty()) return std::string(format);
-  throw Error(fmt::format("{}: its name does not say the format: choose one by --to: {}",
-                          arguments.out, alternatives(names_of_formats())));
+  const std::string what = arguments.out == kStdout
+                               ? "standard output has no name that says the format"
+                               : arguments.out + ": its name does not say the format";
+  throw Error(fmt::format("{}: choose one by --to: {}", what, alternatives(names_of_formats())));
 }
 
 // True if OUT is a folder: of all cameras of a format with a file for each, or of a stereo pair.
@@ -233,6 +245,7 @@ int run(const Arguments& arguments) {
   drop_what_is_of_other_lenses(file, arguments);
   cut_and_scale(file, arguments);
   if (!fit_models(file, arguments.in, arguments.model, arguments.out)) return kCheckFailed;
+  check_image_sizes(file, arguments, format);
   if (!arguments.poses.empty()) {
     if (file.cameras.size() > 1) {
       throw Error(fmt::format("--poses: belongs to one camera, {} has {}: choose one by {}:NAME",

@@ -140,9 +140,11 @@ NewPictures new_pictures(const std::vector<fs::path>& files, const Camera& camer
   for (const fs::path& file : files) {
     const ImageSize size = read_image_size(file);
     if (size != camera.image_size)
-      throw Error(fmt::format("{}: must be {}x{} pixels as {} says, got {}x{}", file.string(),
-                              camera.image_size.width, camera.image_size.height, camera_file,
-                              size.width, size.height));
+      throw Error(fmt::format(
+          "{}: must be {}x{} pixels as {} says, got {}x{}; if it was scaled or cut, convert the "
+          "camera with --resize or --crop",
+          file.string(), camera.image_size.width, camera.image_size.height, camera_file, size.width,
+          size.height));
     const std::string stem = fs::path(picture_name(file)).stem().string();
     std::string name = stem + ".png";
     for (int i = 2; !used.insert(name).second; ++i) name = fmt::format("{}-{}.png", stem, i);

@@ -145,7 +145,7 @@ CLI::Validator dash_is(const std::string& file) {
 }  // namespace
 
 Option& Option::writes_text() {
-  option_->transform(dash_is("/dev/stdout"));
+  option_->transform(dash_is(kStdout));
   return *this;
 }
 

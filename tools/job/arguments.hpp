@@ -14,6 +14,8 @@ class Option;
 // command_line.cpp only (2 s of compile time for each file that includes them).
 namespace tagcal::tools {
 
+inline constexpr const char* kStdout = "/dev/stdout";  // what "-" is where a text is written
+
 // An option or a positional argument that was added to a command.
 class Option {
  public:

@@ -78,7 +78,10 @@ std::string sentence_of(const CLI::ParseError& error, const CLI::App& command) {
   if (!dynamic_cast<const CLI::ArgumentMismatch*>(&error)) return message;
   const CLI::Option* const option = command.get_option_no_throw(name);
   const bool is_flag = option != nullptr && option->get_items_expected_max() == 0;
-  if (!is_flag && option != nullptr && option->count() > 1) return name + ": takes one value only";
+  if (!is_flag && option != nullptr && option->count() > 1)
+    return name + ": takes one value only" +
+           (name == "--target" ? ", a data set has several boards (target: [..] in dataset.yaml)"
+                               : "");
   return name + (is_flag ? ": takes no value" : ": needs a value");
 }
 

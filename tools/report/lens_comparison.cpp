@@ -81,8 +81,11 @@ std::vector<Comparison> compare(const std::string& name_a, const UncertainCamera
                                 std::span<const double> distances_m) {
   const ImageSize &of_a = a.camera.image_size, &of_b = b.camera.image_size;
   if (of_a != of_b)
-    throw Error(fmt::format("{}: image size must be {}x{} as in {}, got {}x{}", name_b, of_a.width,
-                            of_a.height, name_a, of_b.width, of_b.height));
+    throw Error(
+        fmt::format("{}: image size must be {}x{} as in {}, got {}x{}; if it is of pictures that "
+                    "were scaled or "
+                    "cut, convert one of the two with --resize or --crop",
+                    name_b, of_a.width, of_a.height, name_a, of_b.width, of_b.height));
   std::vector<Comparison> comparisons;
   for (const double distance : distances_m) {
     const auto d = lens_difference(a.camera, b.camera, samples, distance);
