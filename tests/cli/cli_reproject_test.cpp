@@ -160,6 +160,21 @@ TEST_F(CliReproject, ReplacesNothingUnasked) {
                    {"000.png: would be replaced"});
 }
 
+// As other commands take them.
+TEST_F(CliReproject, FoldersAndPatternsAreTheirPictures) {
+  const std::string task = "reproject --camera " + path("camera.yaml") + " --rotate 0,0,5 --out ";
+  good_run(task + path("all") + " " + path("set/images"));
+  EXPECT_EQ(bytes_of(root() / "all").size(), 7u);
+  good_run(task + path("some") + " '" + path("set/images/00[12].png") + "'");
+  EXPECT_EQ(bytes_of(root() / "some").size(), 3u);
+  EXPECT_EQ(slurp(root() / "some/001.png"), slurp(root() / "all/001.png"));
+  good_run("calibrate " + path("set") + " --out " + path("views.yaml"));
+  good_run("reproject --camera " + path("views.yaml") +
+           " --plane --view 000.png --m-per-px 0.001 " + "--rectangle 0,0,0.06,0.06 --mask --out " +
+           path("mask"));
+  EXPECT_EQ(read_image(root() / "mask/mask.png").size(), (ImageSize{60, 60}));
+}
+
 TEST_F(CliReproject, WrongArgumentsAreNamed) {
   const std::string out = "--out " + path("wrong");
   expect_bad_input(with(out), {"one of --undistort"});

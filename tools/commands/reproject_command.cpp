@@ -12,6 +12,7 @@
 #include "job/messages.hpp"
 #include "job/output_folder.hpp"
 #include "job/outputs.hpp"
+#include "job/picture_files.hpp"
 #include "tagcal/error.hpp"
 
 namespace tagcal::tools {
@@ -38,9 +39,13 @@ void check_usage(const ReprojectArguments& arguments) {
   }
 }
 
-int run(const ReprojectArguments& arguments) {
-  check_task(arguments.task);
-  if (!arguments.task.rectify.empty()) return run_rectify(arguments);
+int run(const ReprojectArguments& given) {
+  check_task(given.task);
+  if (!given.task.rectify.empty()) return run_rectify(given);
+  ReprojectArguments arguments = given;
+  arguments.images.clear();
+  for (const fs::path& picture : picture_files(given.images))
+    arguments.images.push_back(picture.string());
   if (arguments.out.empty())
     throw Error(
         "needs --out: folder for the new pictures and their camera.yaml; see tagcal reproject "
@@ -131,7 +136,8 @@ Command add_reproject(CLI::App& app) {
       app, "reproject",
       "pictures as another camera, a rectified pair, a panorama or a plane would show them");
   const auto arguments = std::make_shared<ReprojectArguments>();
-  add_option(*command, "IMAGE", arguments->images, "pictures of the camera");
+  add_option(*command, "IMAGE", arguments->images,
+             "pictures of the camera: files, folders, patterns ('photos/*.png') or @LIST");
   add_option(*command, "--camera", arguments->camera, "the camera's calibration")
       .text("C.yaml")
       .required();

@@ -196,13 +196,17 @@ void ReprojectRun::plan_plane() {
   }
 }
 
+bool ReprojectRun::has_common_mask() const {
+  return arguments_.mask && (!arguments_.task.plane || jobs_.empty());
+}
+
 std::vector<fs::path> ReprojectRun::files() const {
   std::vector<fs::path> files;
   for (const ReprojectTarget& target : targets_) {
     const fs::path folder = target.folder;
     files.push_back(folder / target_file_name(target.target));
     if (arguments_.maps) files.push_back(folder / "map.npy");
-    if (arguments_.mask && !arguments_.task.plane) files.push_back(folder / "mask.png");
+    if (has_common_mask()) files.push_back(folder / "mask.png");
   }
   for (const Job& job : jobs_) {
     files.push_back(file_of(job));
@@ -253,7 +257,7 @@ void ReprojectRun::write_target(const fs::path& folder, std::size_t t) {
   const Image8 seen = seen_mask(chain);
   const auto count = std::ranges::count(seen.pixels(), 255);
   shares_[t] = static_cast<double>(count) / static_cast<double>(seen.pixels().size());
-  if (arguments_.mask && !arguments_.task.plane) write_png(place / "mask.png", seen);
+  if (has_common_mask()) write_png(place / "mask.png", seen);
 }
 
 Image8 ReprojectRun::seen_mask(const Reprojection& chain) const {

@@ -71,6 +71,8 @@ class ReprojectRun {
   void plan_plane();
   std::filesystem::path file_of(const Job& job) const;
   std::filesystem::path mask_of(const Job& job) const;
+  // Of a plane, each picture has its own mask, if there are pictures.
+  bool has_common_mask() const;
   void write_targets(const std::filesystem::path& folder);
   void write_target(const std::filesystem::path& folder, std::size_t t);
   Image8 seen_mask(const Reprojection& chain) const;
