@@ -121,6 +121,8 @@ TEST_F(CliSets, ADataSetOfARigTakesTheOptionsOfItsPictures) {
   };
   const Outcome four = good_run(set + " --json --exclude 001.png --exclude 004.png");
   EXPECT_EQ(instants(four), 4);
+  EXPECT_HAS(four.err,
+             "right: the corners are those of " + path("rig/right/observations_exact.csv"));
   EXPECT_HAS(run(set + " --exclude x.png").err, "x.png is the name of no picture");
   spill(root() / "rig/dataset.yaml",
         "target: target.yaml\nrig:\n  cameras:\n    - {name: left, images: left/images}\n"

@@ -139,6 +139,7 @@ Input views_of_camera(const RigInputArguments& arguments, const RigCameraFiles& 
                       RigCamera& camera) {
   Input read = input_of(camera.name, camera.data, files.images);
   read.observations = files.observations.string();
+  read.of_dataset = arguments.corners.empty();
   read.strict = arguments.input.strict;
   read.refinement = refinement_of(arguments.input);
   leave_out(files.unreadable, read.strict, files.images.empty(), read.warnings);

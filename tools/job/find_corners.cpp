@@ -127,6 +127,11 @@ void find_views(Input& input, int threads, bool shows_progress, const Camera* ca
     throw Error(fmt::format(
         "--refinement: belongs to corners found in pictures, those of {} are the ones of {}",
         input.name, input.observations));
+  if (input.of_dataset && !input.images.empty())
+    hold_note(
+        fmt::format("{}: the corners are those of {}, as dataset.yaml says, and are not "
+                    "found in the pictures",
+                    input.name, input.observations));
 }
 
 void need_views(Input& input, int threads, bool shows_progress) {

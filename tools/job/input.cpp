@@ -133,6 +133,7 @@ Input read_folder(const InputArguments& arguments) {
   input.dataset = std::move(read.dataset);
   input.warnings = std::move(read.warnings);
   input.observations = read.observations.string();
+  input.of_dataset = arguments.observations.empty();
   input.texts = std::move(read.texts);
   input.times_s = std::move(read.times_s);
   leave_out(read.unreadable, arguments.strict, read.images.empty(), input.warnings);

@@ -44,6 +44,7 @@ struct Input {
   std::string sized_by;      // the data set or picture that has the image size
   Dataset dataset;           // with views if there are observations
   std::string observations;  // the file of the views; "": none
+  bool of_dataset = false;   // which dataset.yaml names
   std::vector<ImageSource> images;
   std::map<std::string, std::filesystem::path> files;  // of the images, by name
   // Of frames of videos and bags, and of views whose observations have times, by the image's name:
