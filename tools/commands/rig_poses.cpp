@@ -96,8 +96,7 @@ KnownRig rig_of(const RigDataset& data, const CameraFile& file, const std::strin
     if (found->camera.camera.image_size != camera.data.image_size)
       throw Error(fmt::format(
           "{}: the image size of {} must be {}x{} as in its pictures, got {}x{}; if these were "
-          "scaled "
-          "or cut, convert the rig with --resize or --crop",
+          "scaled or cut, convert the rig with --resize or --crop",
           name, camera.name, camera.data.image_size.width, camera.data.image_size.height,
           found->camera.camera.image_size.width, found->camera.camera.image_size.height));
     cameras.push_back(static_cast<std::size_t>(found - all.cameras.begin()));

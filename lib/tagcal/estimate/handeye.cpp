@@ -248,8 +248,7 @@ class HandeyeRun {
     if (!minimum)
       add(answer_.findings, code::not_converged,
           "the bundle left the lens' domain, or its equations are singular: check that pictures "
-          "and "
-          "poses belong together, and the columns, units and frames of the robot's file");
+          "and poses belong together, and the columns, units and frames of the robot's file");
     return minimum;
   }
 
