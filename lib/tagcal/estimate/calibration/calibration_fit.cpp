@@ -97,14 +97,15 @@ void select_bundle(BundleState& state, const CalibrationInput& input) {
   state.bundle = std::move(bundle);
 }
 
-void solve_robustly(BundleState& state, const CalibrationInput& input,
-                    const CalibrateOptions& options) {
+using Solve = BundleSummary(Bundle& bundle, int max_iterations, std::size_t num_threads);
+
+void update_until_stable(BundleState& state, const CalibrationInput& input,
+                         const CalibrateOptions& options, Solve& solve) {
   update_until_stable(state, input.whitened, options, [&] {
     select_bundle(state, input);
     if (state.bundle.views.empty()) return false;
     if (state.noise > 0) state.bundle.sigma = state.noise;
-    state.summary =
-        solve_until_converged(state.bundle, options.max_iterations, options.num_threads);
+    state.summary = solve(state.bundle, options.max_iterations, options.num_threads);
     state.num_iterations += state.summary.num_iterations;
     for (std::size_t i = 0; i < state.used.size(); ++i) {
       state.selection.pose[state.used[i]] = state.bundle.camera_from_target[i];
@@ -113,6 +114,14 @@ void solve_robustly(BundleState& state, const CalibrationInput& input,
     set_squares(state, input);
     return true;
   });
+}
+
+// The inliers need no minimum to many digits, which a lens that fits badly takes long to reach.
+void solve_robustly(BundleState& state, const CalibrationInput& input,
+                    const CalibrateOptions& options) {
+  update_until_stable(state, input, options, solve);
+  if (!state.bundle.views.empty() && !state.summary.converged)
+    update_until_stable(state, input, options, solve_until_converged);
 }
 
 double bound(const BundleState& state) { return policy::kOutlierSigmas * state.sigma; }
