@@ -71,7 +71,7 @@ class ReprojectRun {
   void plan_plane();
   std::filesystem::path file_of(const Job& job) const;
   std::filesystem::path mask_of(const Job& job) const;
-  // Of a plane, each picture has its own mask, if there are pictures.
+  // Each picture of a plane has its own mask; without pictures the plane has one.
   bool has_common_mask() const;
   void write_targets(const std::filesystem::path& folder);
   void write_target(const std::filesystem::path& folder, std::size_t t);

@@ -83,8 +83,8 @@ std::vector<Comparison> compare(const std::string& name_a, const UncertainCamera
   if (of_a != of_b)
     throw Error(
         fmt::format("{}: image size must be {}x{} as in {}, got {}x{}; if it is of pictures that "
-                    "were scaled or "
-                    "cut, convert one of the two with --resize or --crop",
+                    "were scaled or cut, "
+                    "convert one of the two with --resize or --crop",
                     name_b, of_a.width, of_a.height, name_a, of_b.width, of_b.height));
   std::vector<Comparison> comparisons;
   for (const double distance : distances_m) {

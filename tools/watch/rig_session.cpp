@@ -25,8 +25,8 @@ namespace tagcal::tools {
 namespace {
 
 constexpr std::size_t kAll = static_cast<std::size_t>(-1);
-// While it watches, a session calibrates from at most so many instants, so that its time does not
-// grow, and at the end from all of them.
+// A session calibrates from at most so many instants while it watches, which bounds its time, and
+// from all of them at the end.
 constexpr std::size_t kMostWatched = 60;
 
 // The part of a rig with `most` of its instants, evenly spread, and their views.
@@ -134,7 +134,7 @@ class RigSession {
     return is_renamed || camera.pictures->revision() != revision;
   }
 
-  // What the pictures so far show. Throws Error if their names do not pair.
+  // The views of the pictures so far. Throws Error if their names do not pair.
   RigDataset data(std::size_t most_instants) {
     RigDataset rig;
     for (const WatchedCamera& camera : cameras_)
@@ -183,7 +183,7 @@ class RigSession {
     tell_next();
   }
 
-  // What keeps the goal from being met; "": nothing. Precondition: there is an answer.
+  // The reason why the goal is not met; "": it is. Precondition: there is an answer.
   std::string what_lacks() const {
     if (rig_.next && rig_.next->sigma_px > options_.goal_px)
       return fmt::format(

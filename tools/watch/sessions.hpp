@@ -18,8 +18,8 @@ struct WatchOptions : WatchSettings {
   std::filesystem::path folder;
   std::string name;  // of the folder in messages
   CalibrateOptions calibration;
-  // Of a folder that a live video fills: true once no picture comes any more; `why`: the fault that
-  // ended it. Empty: pictures may always come.
+  // Tells of a folder that a live video fills whether it has ended; `why`: the fault that ended it.
+  // Empty: pictures may always come.
   std::function<bool(std::string& why)> has_ended;
 };
 

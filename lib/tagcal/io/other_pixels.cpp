@@ -23,7 +23,7 @@ struct PixelMap {
     shift = Vector2d(q[2], q[3]) - scale.cwiseProduct(Vector2d(p[2], p[3]));
   }
   Vector2d operator()(const Vector2d& pixel) const { return scale.cwiseProduct(pixel) + shift; }
-  // Of a parameter of the lens, by its number: fx, fy, cx and cy are the first ones.
+  // The scale of a parameter of the lens, by its number; fx, fy, cx and cy are the first ones.
   double scale_of(int parameter) const { return parameter < 4 ? scale[parameter % 2] : 1; }
 };
 

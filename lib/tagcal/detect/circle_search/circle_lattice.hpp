@@ -18,8 +18,8 @@ using CirclePlaces = std::map<int, Eigen::Vector2d>;
 // each outermost row and column to a third, and more than half of all. Empty if none does.
 CirclePlaces places_among(const std::vector<CircleBlob>& blobs, const CircleGrid& grid);
 
-// The grid of which the largest lattice among the blobs is all discs, in units of its spacing. No
-// value if there is none.
+// The grid whose discs are the largest lattice among the blobs; its spacing is 1. No value if the
+// lattice fills no grid.
 std::optional<CircleGrid> whole_grid_among(const std::vector<CircleBlob>& blobs);
 
 }  // namespace tagcal::internal

@@ -58,7 +58,7 @@ Numbers numbers_of(const Quaterniond& q, RotationForm form) {
 struct RotationReading {
   const char* change;
   Quaterniond (*read)(const Numbers&);
-  // Of the numbers; unknown: a quaternion w x y z, which all rotations have.
+  // The form of the numbers; unknown: they are a quaternion w x y z, which all rotations have.
   RotationForm form = RotationForm::unknown;
   enum Tried { always, known_form, unknown_form } tried = always;
   bool from_degrees = false;
@@ -195,11 +195,11 @@ class Readings {
                  : std::numeric_limits<double>::infinity();
   }
 
-  // Disagreements that no answer would have are no reading, however bad the others are.
+  // A reading that would be refused as an answer is none, however bad the others are.
   bool is_certain(const Tried& tried, double than, std::size_t num_views) const {
     const double better = than / tried.level;
     return better >= policy::kReadingBetter && is_no_chance(better, num_views) &&
-           tried.level <= policy::kReadingFits * scale_.distance_m;
+           tried.level <= policy::kHandeyeRefused * scale_.distance_m;
   }
 
   // Keeps the best one of each number of changes.

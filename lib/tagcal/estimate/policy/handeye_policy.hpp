@@ -36,12 +36,9 @@ inline constexpr double kLeastHandeyeTurn = 0.05;
 inline constexpr double kLeastAxisSpread = 0.2;
 
 // Another reading of the robot's poses is proposed if it lowers their RMS disagreement by this
-// factor, and beyond chance (policy::kSignificant). Right poses are not proposed otherwise by study
-// `handeye`. Chosen by hand.
+// factor, beyond chance (policy::kSignificant), and to kHandeyeRefused at most. Right poses are not
+// proposed otherwise by study `handeye`. Chosen by hand.
 inline constexpr double kReadingBetter = 3;
-// And if their level is at most this part of the board's distance: wrong readings of poses about a
-// board leave more. Chosen by hand, as kHandeyeRefused.
-inline constexpr double kReadingFits = 0.03;
 
 // Degrees of freedom below which a finding says that the robot's noise is hardly known: its
 // standard deviation is 1 / sqrt(2 * 10) = 22 %.

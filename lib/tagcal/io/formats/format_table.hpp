@@ -53,7 +53,7 @@ const FormatReader* reader_of(CameraText& file);
 bool names_folder(const std::filesystem::path& out);
 
 // The cameras of all files of a folder that have such a name and are of this format, by the names
-// of the files, sorted; no value if there is none. Throws Error for files that cannot be read.
+// of the files, sorted; no value without such files. Throws Error for files that cannot be read.
 std::optional<CameraFile> read_camera_folder(const std::filesystem::path& folder,
                                              const FormatRow& row, const ImageSize& stated);
 

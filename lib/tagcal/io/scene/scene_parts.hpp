@@ -16,7 +16,7 @@
 
 namespace tagcal::internal {
 
-// A day: stamps within it have microseconds in a double of seconds.
+// A day (ms). Source: seconds in a double, which resolve a microsecond within it.
 inline constexpr double kMostMilliseconds = 86'400'000;
 
 inline double not_negative_or(const std::optional<YamlValue>& value, double otherwise) {
@@ -84,7 +84,7 @@ std::string read_frame_of(const YamlValue& part, const std::vector<MovingFrame>&
 // The light of a scene. Its key `frame` is left to the caller.
 Light read_light(const YamlValue& value);
 
-// What the sensor makes of it. Throws also if the camera cannot have such a sensor.
+// The sensor that takes the pictures. Throws also if the camera cannot have such a sensor.
 Sensor read_sensor(const YamlValue& value, const Camera& camera);
 
 // The path of the camera. Its key `frame` is left to the caller.
