@@ -4,18 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "corner_tally.hpp"
 #include "rendered_tag.hpp"
 #include "tag_patch.hpp"
 #include "tagcal/detect/families.hpp"
-#include "tagcal/detect/tag_fit/tag_kernels.hpp"
-#include "tagcal/detect/tag_fit/tag_model.hpp"
 #include "tagcal/error.hpp"
 
 namespace tagcal {
-using namespace internal;
 namespace {
 
 constexpr TagFitOptions kStraight = {0, 0, 12,
@@ -68,128 +64,6 @@ TEST(RefineTag, PatternOfATag) {
   EXPECT_THROW(tag_pattern(family, 587, 1), Error);
 }
 
-TagParameters bent_parameters() {
-  TagParameters parameters;
-  parameters << 0.42, 0.21, 0.5, -0.1, 0.51, 0.48, 0.03, -0.02, std::log(0.9), 30, 180, 6, -4, 0.03,
-      -0.04,  //
-      2e-3, -3e-3, 1e-3, 2e-3, 1e-3, -2e-3, 1e-3, 2e-3, -1e-3, 1e-3, 2e-3, -1e-3;
-  return parameters;
-}
-
-// Pixels of a row that know of the geometry, at most one block.
-void fill(TagBlock& block, TagModel& model, const TagParameters& parameters, const TagRow& row) {
-  model.set(parameters);
-  const std::vector<float> levels(60 + kTagPack);
-  std::array<TagFlatSums, 2> flat{};
-  model.select(row, levels.data(), 3, 0, 60, flat.data());
-  block.size = block.num_felt = 0;
-  block.is_bent = true;
-  for (int c = 0; c < 60; ++c)
-    if (model.seen(c) >= kSeenLine) model.add(block, c, 1, c);
-}
-
-constexpr double kTestScale = 25;
-const TagPattern kTestPattern = tag_pattern(tag_family("tag36h11", 1), 7, 2, {0.3, true});
-const TagGrid kTestGrid = {kTestPattern.lines, kTestPattern.lines, kTestPattern.cells};
-
-// Derivatives against differences of the model, under tilt, bend and shading. That junctions change
-// where lines turn against each other is left out of them: it is below 3 % of any.
-TEST(RefineTag, Derivatives) {
-  TagModel model(kTestGrid, kTestScale);
-  const TagParameters parameters = bent_parameters();
-  TagBlock block;
-  TagDerivatives derivatives, moved;
-  TagParameters squares = TagParameters::Zero(), errors = TagParameters::Zero();
-  for (double y = -0.9; y < 0.9; y += 0.07) {
-    const TagRow row{-1.2, 1 / kTestScale, y, {}};
-    fill(block, model, parameters, row);
-    model.evaluate(block, derivatives);
-    // Minus the level, of the same pixels.
-    const auto residual = [&](const TagParameters& at) {
-      model.set(at);
-      model.evaluate(block, moved);
-      return Eigen::VectorXf(Eigen::Map<Eigen::VectorXf>(moved.columns[kTagResidual], block.size));
-    };
-    for (int i = 0; i < tag_parameter::kCount; ++i) {
-      const TagParameters step = TagParameters::Unit(i) * (i >= 9 && i < 13 ? 1 : 4e-3);
-      const Eigen::VectorXf difference =
-          (residual(parameters - step) - residual(parameters + step)) /
-          static_cast<float>(2 * step[i]);
-      const Eigen::VectorXf derivative = Eigen::Map<Eigen::VectorXf>(
-          derivatives.columns[i < kTagResidual ? i : i + 1], block.size);
-      squares[i] += static_cast<double>(derivative.squaredNorm());
-      errors[i] += static_cast<double>((derivative - difference).squaredNorm());
-    }
-  }
-  for (int i = 0; i < tag_parameter::kCount; ++i) {
-    EXPECT_GT(squares[i], 0) << "parameter " << i;
-    EXPECT_LT(std::sqrt(errors[i] / squares[i]), 0.03) << "parameter " << i;
-  }
-}
-
-// The kernels of any processor say the same to rounding, and sum what they say.
-TEST(RefineTag, Kernels) {
-  TagModel model(kTestGrid, kTestScale);
-  TagBlock block;
-  TagDerivatives derivatives;
-  fill(block, model, bent_parameters(), {-1.2, 1 / kTestScale, 0.11, {}});
-  ASSERT_GT(block.size, 30);
-  ASSERT_NE(block.size % kTagPack, 0);
-  model.evaluate(block, derivatives);
-  std::array<std::array<double, kTagColumns * kTagColumns>, 2> sums{};
-  kPortableTagKernels.add_products(derivatives, sums[0].data());
-  fastest_tag_kernels().add_products(derivatives, sums[1].data());
-  for (std::size_t i = 0; i < kTagColumns; ++i) {
-    for (std::size_t j = 0; j <= i; ++j) {
-      double sum = 0, size = 0;
-      for (int n = 0; n < block.size; ++n) {
-        const double product = static_cast<double>(derivatives.columns[i][n]) *
-                               static_cast<double>(derivatives.columns[j][n]);
-        sum += product;
-        size += std::abs(product);
-      }
-      EXPECT_NEAR(sums[0][i * kTagColumns + j], sum, 1e-6 * size);
-      EXPECT_NEAR(sums[1][i * kTagColumns + j], sum, 1e-6 * size);
-    }
-  }
-}
-
-// A straight edge has the profile of the normal integral, with either kernels.
-TEST(RefineTag, Profiles) {
-  TagTable table{};
-  table.per_unit = 1;
-  table.gain = 1;
-  table.gamma = 1;
-  table.least_level = -1;
-  table.full_level = 2;
-  for (TagAxis* axis : {&table.columns, &table.rows}) {
-    std::fill(std::begin(axis->lines), std::end(axis->lines), TagLine{1, 0, -1e4F, 0, 1, {}});
-    axis->count = 3;
-  }
-  table.columns.lines[0].by_1 = 20;
-  table.columns.lines[1].by_1 = 0;
-  table.cells[0] = 2;  // white from the line on
-  TagBlock block;
-  TagDerivatives derivatives;
-  for (const TagKernels* kernels : {&kPortableTagKernels, &fastest_tag_kernels()}) {
-    block.size = 45;
-    block.num_felt = 1;
-    for (int n = 0; n < block.size; ++n) {
-      block.x[n] = static_cast<float>(n) / 6 - 3.7F;
-      block.y[n] = block.level[n] = 0;
-      block.column[n] = block.row[n] = 1;
-    }
-    kernels->evaluate(table, block, derivatives);
-    for (int n = 0; n < block.size; ++n) {
-      const double x = static_cast<double>(block.x[n]);
-      EXPECT_NEAR(derivatives.columns[10][n], 0.5 * std::erfc(-x / std::sqrt(2.0)), 5e-6) << x;
-      EXPECT_NEAR(derivatives.columns[2][n],
-                  std::exp(-0.5 * x * x) / std::sqrt(2 * std::numbers::pi), 5e-6)
-          << x;
-    }
-  }
-}
-
 // Bounds are 1.2 times the Cramer-Rao bound of the model (benchmarks/corner_accuracy).
 TEST(RefineTag, CornersAndTheirCovariance) {
   struct Case {
@@ -230,6 +104,37 @@ TEST(RefineTag, TheModelIsTheRenderer) {
     EXPECT_NEAR(fit.white, 220, 0.1);
     for (std::size_t i = 0; i < 4; ++i)
       EXPECT_LT((fit.corners[i] - view.corners[i]).norm(), 0.003) << tilt;
+  }
+}
+
+// A drawing's pixels of which most are at the ends of the range, with its lines through middles of
+// pixels: no spread is the best one, and most steps clip other pixels.
+TEST(RefineTag, ADrawingOfTheWholeRange) {
+  const TagPattern pattern = tag_pattern(tag_family("tag36h11", 1), 7, 1);
+  constexpr double kCell = 37.5, kFrom = 60.5;
+  const auto is_white = [&](double x, double y) {
+    const auto cell = [](double at) {
+      return std::clamp(static_cast<int>(std::floor((at - kFrom) / kCell)) + 1, 0, 9);
+    };
+    return pattern.cells[static_cast<std::size_t>(10 * cell(y) + cell(x))] == TagPattern::white;
+  };
+  Image8 image({421, 421});
+  for (int y = 0; y < 421; ++y) {
+    for (int x = 0; x < 421; ++x) {
+      int quarters = 0;
+      for (const double dx : {-0.25, 0.25})
+        for (const double dy : {-0.25, 0.25}) quarters += is_white(x + dx, y + dy);
+      image(x, y) = static_cast<std::uint8_t>(std::min(255, 64 * quarters));
+    }
+  }
+  const double to = kFrom + 8 * kCell;
+  const Corners truth = {{{kFrom, to}, {to, to}, {to, kFrom}, {kFrom, kFrom}}};
+  Random random(8);
+  for (const TagFitOptions& options : {kStraight, TagFitOptions()}) {
+    const TagFit fit = refine_tag(image, pattern, moved(truth, 1.5, random), options);
+    ASSERT_EQ(fit.status, TagFitStatus::converged);
+    EXPECT_LE(fit.iterations, 22);
+    for (std::size_t i = 0; i < 4; ++i) EXPECT_LT((fit.corners[i] - truth[i]).norm(), 0.05);
   }
 }
 

@@ -77,9 +77,14 @@ std::vector<FitStage> TagFitter::rough_stages() const {
 }
 
 // Takes back a step after which the squares are larger, and damps the next one: a border sharper
-// than a pixel leaves Gauss-Newton's linear model within half a pixel.
-void TagFitter::damp_if_worse(const std::optional<TagSums>& before, double tolerance) {
-  if (before && sums_.mean_square() > tolerance * before->mean_square()) {
+// than a pixel leaves Gauss-Newton's linear model within half a pixel. Pixels that the step clips
+// have no square: of the same pixels the sum counts, of others the mean.
+void TagFitter::damp_if_worse(const std::optional<TagSums>& before, bool of_same_pixels) {
+  const auto is_worse = [&] {
+    return of_same_pixels ? sums_.squares > before->squares
+                          : sums_.mean_square() > kOtherPixels * before->mean_square();
+  };
+  if (before && is_worse()) {
     damping_ = std::max(kFirstDamping, kDampingFactor * damping_);
     sums_ = *before;
     model_.set(sums_.at);
@@ -104,7 +109,7 @@ StageEnd TagFitter::run(const FitStage& stage) {
     if (!is_selection_kept_) selected_spread = model_.spread();
     collect();
     if (sums_.num_pixels < kMinPixels) return StageEnd::too_few_pixels;
-    damp_if_worse(before, was_selection_kept && is_selection_kept_ ? 1 : kOtherPixels);
+    damp_if_worse(before, was_selection_kept && is_selection_kept_);
     before = sums_;
     const auto step = this->step();
     if (!step) return StageEnd::not_finite;

@@ -87,6 +87,7 @@ struct FlatPixels {
   double squares = 0;
 
   explicit FlatPixels(const TagFlatSums& sums = {});
+  FlatPixels& operator+=(const FlatPixels& other);
   // The residuals after a change of the model by 1, x and y.
   void change_model(const Eigen::Vector3d& by);
 };
@@ -207,7 +208,7 @@ class TagFitter {
   void select_row(int row, std::array<TagFlatSums, 2>& flat);
   PixelSpan in_window(int row) const;
   PixelSpan in_picture(int row) const;
-  void add_span(TagBlock*& block, std::optional<int> row, PixelSpan span);
+  void add_span(std::deque<TagBlock>& blocks, TagBlock*& block, int row, PixelSpan span);
   void add_block(TagBlock& block);
   void keep_residuals(const TagBlock& block);
   void add_flat_pixels();
@@ -227,7 +228,7 @@ class TagFitter {
   void smooth();
   std::vector<FitStage> rough_stages() const;
   StageEnd run(const FitStage& stage);
-  void damp_if_worse(const std::optional<TagSums>& before, double tolerance);
+  void damp_if_worse(const std::optional<TagSums>& before, bool of_same_pixels);
   TagParameters prior_weights() const;
   double share_left(const TagParameters& change, double move_px) const;
   std::optional<FitStep> step() const;
@@ -270,11 +271,12 @@ class TagFitter {
   bool is_prior_widened_ = false;
 
   FitStage stage_;
-  // The selected pixels: blocks of those that depend on the geometry, of which the last by one
-  // line of each direction and the last by several are open, and sums over the others, black and
-  // white, at the parameters at which they were selected.
+  // The selected pixels: blocks of those that depend on the geometry, by one line of each direction
+  // or by several, and of black and white ones at ends of the range; of each kind the last is open.
+  // Sums over the other black and white ones, at the parameters at which they were selected.
   std::deque<TagBlock> blocks_;
-  std::array<TagBlock*, 2> open_{};
+  std::array<std::deque<TagBlock>, 2> ends_;
+  std::array<TagBlock*, 4> open_{};
   std::array<FlatPixels, 2> selected_flat_;
   TagParameters selected_at_;
   bool is_selection_kept_ = false;

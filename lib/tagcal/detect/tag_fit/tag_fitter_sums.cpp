@@ -21,6 +21,13 @@ FlatPixels::FlatPixels(const TagFlatSums& s) : squares(s.rr) {
   by_residual << s.r, s.xr, s.yr, s.xxr, s.xyr, s.yyr;
 }
 
+FlatPixels& FlatPixels::operator+=(const FlatPixels& other) {
+  products += other.products;
+  by_residual += other.by_residual;
+  squares += other.squares;
+  return *this;
+}
+
 void FlatPixels::change_model(const Eigen::Vector3d& by) {
   squares += by.dot(products.topLeftCorner<3, 3>() * by - 2 * by_residual.head<3>());
   by_residual -= products.leftCols<3>() * by;
@@ -52,23 +59,21 @@ void TagFitter::collect() {
 }
 
 void TagFitter::add_flat_pixels() {
-  flat_ = selected_flat_;
   for (const bool white : {false, true}) {
     add_flat(white);
     if (light_) add_flat_light(white);
   }
 }
 
-// Without a row the pixels are of one colour, and their residuals are of no border.
-void TagFitter::add_span(TagBlock*& block, std::optional<int> row, PixelSpan span) {
+void TagFitter::add_span(std::deque<TagBlock>& blocks, TagBlock*& block, int row, PixelSpan span) {
   while (span.begin < span.end) {
     if (!block || block->size == kTagBlock) {
-      block = &blocks_.emplace_back();
+      block = &blocks.emplace_back();
       block->is_bent = frees_bends();
       block->is_stretched = places_.has_value();
     }
     const int count = std::min(span.end - span.begin, kTagBlock - block->size);
-    model_.add(*block, span.begin, count, row ? *row * patch_.width + span.begin : -1);
+    model_.add(*block, span.begin, count, row * patch_.width + span.begin);
     span.begin += count;
   }
 }
@@ -84,13 +89,13 @@ void TagFitter::add_block(TagBlock& block) {
 void TagFitter::keep_residuals(const TagBlock& block) {
   if (stage_.is_rough) return;
   for (int i = 0; i < block.size; ++i)
-    if (block.in_patch[i] >= 0)
-      border_residuals_[block.in_patch[i]] = derivatives_.columns[kTagResidual][i];
+    border_residuals_[block.in_patch[i]] = derivatives_.columns[kTagResidual][i];
 }
 
 // Sorts the stage's pixels into those of one colour and blocks of the others.
 void TagFitter::select() {
   blocks_.clear();
+  ends_ = {};
   open_ = {};
   if (!stage_.is_rough) border_residuals_.setZero(patch_.room_for_residuals());
   std::array<TagFlatSums, 2> flat{};
@@ -132,10 +137,11 @@ void TagFitter::select_row(int row, std::array<TagFlatSums, 2>& flat) {
   for (PixelSpan same = {span.begin, span.begin}; same.begin < span.end; same.begin = same.end) {
     const std::int32_t seen = model_.seen(same.begin);
     while (same.end < span.end && model_.seen(same.end) == seen) ++same.end;
-    if (seen == kSeenEnd) add_span(open_[0], {}, same);
+    if (seen == kSeenBlackEnd) add_span(ends_[0], open_[2], row, same);
+    if (seen == kSeenWhiteEnd) add_span(ends_[1], open_[3], row, same);
     const bool is_flat = seen == kSeenBlack || seen == kSeenWhite;
-    if (seen == kSeenLine || (is_flat && wants_flat_)) add_span(open_[0], row, same);
-    if (seen == kSeenLines) add_span(open_[1], row, same);
+    if (seen == kSeenLine || (is_flat && wants_flat_)) add_span(blocks_, open_[0], row, same);
+    if (seen == kSeenLines) add_span(blocks_, open_[1], row, same);
   }
 }
 
@@ -143,9 +149,14 @@ void TagFitter::select_row(int row, std::array<TagFlatSums, 2>& flat) {
 void TagFitter::add_flat(bool white) {
   const TagParameters change = model_.parameters() - selected_at_;
   const double share = white;
-  FlatPixels& pixels = flat_[white ? 1 : 0];
+  const std::size_t colour = white ? 1 : 0;
+  FlatPixels& pixels = flat_[colour];
+  pixels = selected_flat_[colour];
   pixels.change_model({change[kBlack] + share * change[kGain], share * change[kGainSlope],
                        share * change[kGainSlope + 1]});
+  TagFlatSums ends{};
+  for (const TagBlock& block : ends_[colour]) model_.add_ends(block, white, ends);
+  pixels += FlatPixels(ends);
   sums_.num_pixels += static_cast<int>(pixels.products(0, 0));
   // Black and gain change the level alike.
   Eigen::Matrix<double, 4, 3> by_model;

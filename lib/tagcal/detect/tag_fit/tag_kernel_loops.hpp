@@ -255,17 +255,41 @@ inline void add_flat(IntPack mask, Pack x, Pack y, Pack r, Pack* sums) {
   for (const Pack& term : of_light) *sums++ += term;
 }
 
+template <int kSums>
+inline void add_all_sums(const Pack* packs, TagFlatSums& sums) {
+  for (int i = 0; i < kSums; i += 4) add_sums(packs + i, &sums.n + i);
+}
+
+inline IntPack lanes() {
+  IntPack lane;
+  for (int i = 0; i < kFloatLanes; ++i) lane[i] = i;
+  return lane;
+}
+
+void add_ends(const TagTable& table, const TagBlock& block, bool white, TagFlatSums* flat) {
+  constexpr int kSums = 24;
+  Pack sums[kSums] = {};
+  const float share = white ? 1.0F : 0.0F;
+  for (int at = 0; at < block.size; at += kFloatLanes) {
+    const Pack x = load<Pack>(&block.x[at]), y = load<Pack>(&block.y[at]);
+    const Pack contrast = table.gain + table.gain_by_x * x + table.gain_by_y * y;
+    const Pack model = table.black + share * contrast;
+    Pack level = load<Pack>(&block.level[at]);
+    const IntPack is_seen = ~is_clipped(table, level, model) & (lanes() < block.size - at);
+    if (any_set(is_seen)) add_flat<true>(is_seen, x, y, level - model, sums);
+  }
+  add_all_sums<kSums>(sums, *flat);
+}
+
 template <bool kLight>
 inline void select_with(const TagTable& table, const TagPixelRow& row, TagFlatSums* flat) {
   constexpr int kSums = kLight ? 24 : 16;
   Pack sums[2][kSums] = {};  // as in TagFlatSums
-  IntPack lane;
-  for (int i = 0; i < kFloatLanes; ++i) lane[i] = i;
   for (int c = row.from; c < row.to; c += kFloatLanes) {
     const Pack raw_x = load<Pack>(row.x + c), raw_y = load<Pack>(row.y + c);
     Pack x = raw_x, y = raw_y;
     if (table.is_bent) bend(table.bends, x, y);
-    const IntPack is_known = (lane < row.to - c) & is_within(table.columns, x, y, row.unknown) &
+    const IntPack is_known = (lanes() < row.to - c) & is_within(table.columns, x, y, row.unknown) &
                              is_within(table.rows, x, y, row.unknown);
     store(row.seen + c, IntPack{});
     if (!any_set(is_known)) continue;
@@ -274,7 +298,8 @@ inline void select_with(const TagTable& table, const TagPixelRow& row, TagFlatSu
     const Pack level = load<Pack>(row.level + c);
     IntPack kind = is_known & seen(table, x, y, row.reach, columns, rows);
     const IntPack is_at_end = (level >= table.full_level) | (level <= table.least_level);
-    kind = ((kind == kSeenBlack) | (kind == kSeenWhite)) & is_at_end ? kSeenEnd - IntPack{} : kind;
+    const IntPack is_flat = (kind == kSeenBlack) | (kind == kSeenWhite);
+    kind += is_flat & is_at_end & (kSeenBlackEnd - kSeenBlack);
     store(row.column + c, columns.first);
     store(row.row + c, rows.first);
     const IntPack of_columns = columns.count(), of_rows = rows.count();
@@ -286,8 +311,7 @@ inline void select_with(const TagTable& table, const TagPixelRow& row, TagFlatSu
     const Pack contrast = table.gain + table.gain_by_x * raw_x + table.gain_by_y * raw_y;
     add_flat<kLight>(is_white, raw_x, raw_y, level - table.black - contrast, sums[1]);
   }
-  for (int colour = 0; colour < 2; ++colour)
-    for (int i = 0; i < kSums; i += 4) add_sums(&sums[colour][i], &flat[colour].n + i);
+  for (int colour = 0; colour < 2; ++colour) add_all_sums<kSums>(sums[colour], flat[colour]);
 }
 
 void select(const TagTable& table, const TagPixelRow& row, TagFlatSums* flat) {

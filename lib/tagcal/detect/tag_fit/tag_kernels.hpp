@@ -55,8 +55,8 @@ struct TagTable {
 // What is known of a pixel: nothing, or that the cells that influence it are all black, all white,
 // or both, which is felt across one line of each direction or across several. At an end of the
 // levels' range the model decides whether a pixel of one colour is clipped.
-constexpr std::int32_t kSeenNothing = 0, kSeenBlack = 1, kSeenWhite = 2, kSeenEnd = 3,
-                       kSeenLine = 4, kSeenLines = 5;
+constexpr std::int32_t kSeenNothing = 0, kSeenBlack = 1, kSeenWhite = 2, kSeenBlackEnd = 3,
+                       kSeenWhiteEnd = 4, kSeenLine = 5, kSeenLines = 6;
 
 // A row of pixels. Up to kTagPack - 1 more than [from, to) are read and written.
 struct TagPixelRow {
@@ -88,14 +88,14 @@ constexpr int kTagColumns = 28;  // with the bends
 // an even number.
 constexpr int kTagLightColumns = 8;
 
-// Pixels whose derivatives by the geometry are not zero.
+// Pixels whose derivatives by the geometry are not zero, or of one colour at an end of the range.
 struct alignas(64) TagBlock {
   static constexpr int kRoom = kTagBlock + kTagPack;  // pixels are added by whole packs
   float x[kRoom], y[kRoom];                           // places before they are bent
   float level[kRoom];
   float xx[kRoom], xy[kRoom], yy[kRoom];   // as in RowPlaces, if a lens is known
   std::int32_t column[kRoom], row[kRoom];  // first lines that are felt
-  int in_patch[kRoom];                     // index of the pixel; -1: of one colour
+  int in_patch[kRoom];                     // index of the pixel
   int size = 0;
   int num_felt = 0;  // largest number of lines of one direction at a pixel: 1 to 4, 6 or all
   bool is_stretched = false;
@@ -115,6 +115,8 @@ struct TagKernels {
   // Finds what is known of the pixels of a row, and adds those of one colour to the sums of black
   // and of white.
   void (*select)(const TagTable& table, const TagPixelRow& row, TagFlatSums* flat);
+  // Adds those of a block's pixels, all black or all white, that are not clipped.
+  void (*add_ends)(const TagTable& table, const TagBlock& block, bool white, TagFlatSums* flat);
   // Computes share of white and derivatives; zeros up to a whole pack of pixels.
   void (*evaluate)(const TagTable& table, TagBlock& block, TagDerivatives& derivatives);
   // Adds the products of the columns to the lower triangle of kTagColumns^2 sums.

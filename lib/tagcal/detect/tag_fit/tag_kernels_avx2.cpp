@@ -8,7 +8,8 @@
 
 namespace tagcal::internal {
 
-constinit const TagKernels kAvx2TagKernels = {select, evaluate, add_products, add_light_products};
+constinit const TagKernels kAvx2TagKernels = {select, add_ends, evaluate, add_products,
+                                              add_light_products};
 
 }  // namespace tagcal::internal
 

@@ -5,7 +5,7 @@
 
 namespace tagcal::internal {
 
-constinit const TagKernels kPortableTagKernels = {select, evaluate, add_products,
+constinit const TagKernels kPortableTagKernels = {select, add_ends, evaluate, add_products,
                                                   add_light_products};
 
 const TagKernels& fastest_tag_kernels() {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <numeric>
 
 namespace tagcal::internal {
 namespace {
@@ -165,10 +166,14 @@ void TagModel::add(TagBlock& block, int c, int count, int in_patch) const {
     copy(row_.xy, block.xy);
     copy(row_.yy, block.yy);
   }
-  for (int i = 0; i < count; ++i) block.in_patch[block.size + i] = in_patch < 0 ? -1 : in_patch + i;
+  std::iota(block.in_patch + block.size, block.in_patch + block.size + count, in_patch);
   block.num_felt =
       std::max(block.num_felt, *std::max_element(row_.num_felt + c, row_.num_felt + c + count));
   block.size += count;
+}
+
+void TagModel::add_ends(const TagBlock& block, bool white, TagFlatSums& flat) const {
+  fastest_tag_kernels().add_ends(table_, block, white, &flat);
 }
 
 void TagModel::evaluate(TagBlock& block, TagDerivatives& derivatives) {

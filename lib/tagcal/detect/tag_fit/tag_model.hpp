@@ -84,9 +84,11 @@ class TagModel {
   std::int32_t seen(int c) const { return seen_[static_cast<std::size_t>(c)]; }
 
   // Evaluation of pixels in blocks, which may mix rows: add() appends `count` pixels of the row
-  // from c on, the first with an index in the patch (-1: none has one); evaluate() computes share
-  // of white and derivatives of all.
+  // from c on, the first with an index in the patch; evaluate() computes share of white and
+  // derivatives of all, add_ends() sums over those of one colour, at ends of the range, that the
+  // model does not clip.
   void add(TagBlock& block, int c, int count, int in_patch) const;
+  void add_ends(const TagBlock& block, bool white, TagFlatSums& flat) const;
   void evaluate(TagBlock& block, TagDerivatives& derivatives);
 
  private:
