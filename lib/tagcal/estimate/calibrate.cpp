@@ -64,13 +64,14 @@ bool best_lens_shows_rows(const CalibrationInput& input, CalibrateOptions option
 
 // Fits the model that the user named, or chooses one. Row terms belong to the pictures: what a lens
 // that is too small, or held at wrong values, leaves in the residuals looks like displaced rows.
+// The best lens is asked once: `input` keeps what it shows.
 std::optional<ModelChoice> fit_or_choose(CalibrationInput& input, const CalibrateOptions& options) {
   auto choice = is_auto(options) ? choose_model(input, options) : fit_named(input, options);
   const bool is_restricted = !is_auto(options) || !options.fixed.empty();
-  if (!choice || !is_restricted || !(choice->posterior.fit.bundle.row_sigma > 0) ||
-      best_lens_shows_rows(input, options))
+  if (!choice || !is_restricted || input.has_rows || !(choice->posterior.fit.bundle.row_sigma > 0))
     return choice;
-  input.may_have_rows = false;
+  input.has_rows = best_lens_shows_rows(input, options);
+  if (*input.has_rows) return choice;
   return fit_or_choose(input, options);
 }
 

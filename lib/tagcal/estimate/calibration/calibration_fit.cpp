@@ -173,7 +173,7 @@ void retry_with_other_poses(BundleState& state, const CalibrationInput& input,
 // Solves again with the row terms that the views show: a shear, or velocities.
 void add_row_terms(BundleState& state, const CalibrationInput& input,
                    const CalibrateOptions& options) {
-  if (!input.may_have_rows) return;
+  if (!input.has_rows.value_or(true)) return;
   Bundle& bundle = state.bundle;
   double row_sigma = row_sigma_of(bundle, bundle.sigma);
   if (!(row_sigma > 0)) return;

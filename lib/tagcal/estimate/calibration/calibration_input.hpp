@@ -18,9 +18,9 @@ struct CalibrationInput {
   std::shared_ptr<const HeldModels> models;  // with the fixed parameters held
   std::vector<CalibrationView> views;        // of a flat board
   std::optional<FlatBoard> board;            // whose shape is estimated; none: several, or no plane
-  bool whitened = false;      // residuals are whitened by the corners' own covariances
-  double model_error_px = 0;  // and by this noise per coordinate, added to them
-  bool may_have_rows = true;  // views may have row terms, if they show them
+  bool whitened = false;         // residuals are whitened by the corners' own covariances
+  double model_error_px = 0;     // and by this noise per coordinate, added to them
+  std::optional<bool> has_rows;  // views have row terms, by the best lens of all, if it is known
   std::vector<Finding> findings;
   std::vector<Outlier> rejected;  // corners of whole views and boards that were rejected
 };

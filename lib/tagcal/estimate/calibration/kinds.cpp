@@ -158,9 +158,9 @@ double gain_of_perspective(const Posterior& named, const CalibrationInput& input
 }
 
 CalibrationInput without_views(const CalibrationInput& input) {
-  return {input.image_size,    input.models,   {},
-          input.board,         input.whitened, input.model_error_px,
-          input.may_have_rows, input.findings, input.rejected};
+  return {input.image_size, input.models,   {},
+          input.board,      input.whitened, input.model_error_px,
+          input.has_rows,   input.findings, input.rejected};
 }
 
 CalibrationInput spread_views(const CalibrationInput& input, std::size_t count) {
