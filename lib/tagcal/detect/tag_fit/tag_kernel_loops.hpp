@@ -147,6 +147,9 @@ inline void evaluate_with(const TagTable& table, const TagBlock& block, TagDeriv
   if (block.num_felt == 3) return evaluate_all<3, kStretched>(table, block, all);
   if (block.num_felt == 4) return evaluate_all<4, kStretched>(table, block, all);
   if (block.num_felt == 6) return evaluate_all<6, kStretched>(table, block, all);
+  if (block.num_felt == 8) return evaluate_all<8, kStretched>(table, block, all);
+  if (block.num_felt == 12) return evaluate_all<12, kStretched>(table, block, all);
+  if (block.num_felt == 16) return evaluate_all<16, kStretched>(table, block, all);
   evaluate_all<kMaxTagLines, kStretched>(table, block, all);
 }
 

@@ -22,8 +22,9 @@ constexpr double kMaxBlack = 0.9;  // numeric: keeps the model finite far from i
 
 // Kernels exist for some numbers of lines only; lines beyond those in reach have next to no weight.
 int lines_taken(int num_felt) {
-  if (num_felt <= 4) return std::max(1, num_felt);
-  return num_felt <= 6 ? 6 : kMaxTagLines;
+  for (const int most : {1, 2, 3, 4, 6, 8, 12, 16})
+    if (num_felt <= most) return most;
+  return kMaxTagLines;
 }
 
 // Cosine of the angle between two lines in the picture; `squares` is J J^T of RowPlaces.
