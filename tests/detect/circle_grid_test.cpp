@@ -208,6 +208,33 @@ TEST(CircleGrids, WrongSizesAndTypesAreNamed) {
   EXPECT_HAS(of_three[0].sentence, write);
 }
 
+// Discs of many sizes near the nodes of a lattice: some of them are where a small grid has its
+// discs.
+Image8 scattered_discs(Random& random) {
+  Image8 image({400, 320}, 220);
+  for (int row = 0; row < 7; ++row) {
+    for (int column = 0; column < 9; ++column) {
+      const double x = 40 * column + 40 + random.uniform(-15, 15);
+      const double y = 40 * row + 40 + random.uniform(-15, 15), radius = random.uniform(6, 12);
+      for (int v = static_cast<int>(y) - 14; v <= y + 14; ++v)
+        for (int u = static_cast<int>(x) - 14; u <= x + 14; ++u) {
+          const double inside = std::clamp(radius - std::hypot(u - x, v - y) + 0.5, 0.0, 1.0);
+          image(u, v) = std::min(image(u, v), static_cast<std::uint8_t>(220 - 190 * inside));
+        }
+    }
+  }
+  return image;
+}
+
+TEST(CircleGrids, ScatteredDiscsAreNoSmallGrid) {
+  Random random(15);
+  for (int i = 0; i < 40; ++i) {
+    const Image8 image = scattered_discs(random);
+    for (const Board& board : {circles(4, 3, false), circles(3, 3, false)})
+      EXPECT_TRUE(detect(image, {{board, Pose()}}).view.observations.empty()) << i;
+  }
+}
+
 TEST(CircleGrids, OtherPicturesShowNone) {
   Random random(13);
   const CheckerView squares = checker_view(make_board(Checkerboard{8, 5, .03, .03}), strong_lens(0),

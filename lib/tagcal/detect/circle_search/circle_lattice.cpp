@@ -10,6 +10,7 @@
 #include "tagcal/detect/board_search/point_bins.hpp"
 #include "tagcal/detect/policy/policy.hpp"
 #include "tagcal/geometry/pose.hpp"
+#include "tagcal/solvers/plane.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -218,6 +219,28 @@ Eigen::Matrix2d axes_in_picture(const CirclePlaces& places, const CircleGrid& gr
   return map.topRows<2>().transpose();
 }
 
+// How far the discs are from a perspective image of the grid, in its spacings: the standard
+// deviation of a coordinate. Infinite if they are too few to tell.
+double strain_of(const CirclePlaces& places, const CircleGrid& grid) {
+  constexpr int kParameters = 8, kFewestOver = 6;
+  std::vector<Vector2d> on_board;
+  std::vector<Eigen::Vector3d> in_picture;
+  for (const TargetPoint& point : target_points({grid, {}}))
+    if (const auto place = places.find(point.id.tag_id); place != places.end()) {
+      on_board.push_back(point.position.head<2>() / grid.spacing);
+      in_picture.push_back(place->second.homogeneous());
+    }
+  const int over = 2 * static_cast<int>(places.size()) - kParameters;
+  const auto image_from_board = homography(on_board, in_picture);
+  if (over < kFewestOver || !image_from_board) return std::numeric_limits<double>::infinity();
+  double squares = 0;
+  for (std::size_t i = 0; i < on_board.size(); ++i) {
+    const Vector2d expected = (*image_from_board * on_board[i].homogeneous()).hnormalized();
+    squares += (expected - in_picture[i].head<2>()).squaredNorm();
+  }
+  return std::sqrt(squares / over / std::abs(axes_in_picture(places, grid).determinant()));
+}
+
 // The grid's discs in a lattice. Of several ways, the one whose y axis points up most in the
 // picture. Empty if the lattice is not this grid.
 CirclePlaces places_in_lattice(const CircleGrid& grid, const CircleLattice& lattice) {
@@ -237,7 +260,9 @@ CirclePlaces places_in_lattice(const CircleGrid& grid, const CircleLattice& latt
     highest = up;
     best = std::move(places);
   }
-  return best;
+  const bool is_sure =
+      best.size() >= policy::kManyDiscs || strain_of(best, grid) < policy::kMaxDiscStrain;
+  return is_sure ? best : CirclePlaces();
 }
 
 PointBins bins_of(const std::vector<CircleBlob>& blobs) {
