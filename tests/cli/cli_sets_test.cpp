@@ -135,6 +135,12 @@ TEST_F(CliSets, ADataSetOfARigTakesTheOptionsOfItsPictures) {
   const Outcome less = good_run(set + " --json --exclude '001*' --refinement stock");
   EXPECT_LACKS(less.err, "left out");
   EXPECT_NE(less.out, some.out);
+  // A pattern may be that of one camera only: it is unused if it is so in all.
+  const Outcome folders =
+      good_run("rig " + path("rig/left/images") + " " + path("rig/right/images") + " --target " +
+               path("rig/target.yaml") + " --exclude '*/left/images/00[14].png' --exclude x.png");
+  EXPECT_HAS(folders.err, "warning: --exclude: x.png is the name of no picture");
+  EXPECT_EQ(folders.err.find("--exclude"), folders.err.rfind("--exclude")) << folders.err;
 }
 
 TEST_F(CliSets, PicturesOfAnotherSizeAreNamedByTheMajority) {

@@ -29,14 +29,14 @@ namespace fs = std::filesystem;
 constexpr const char* kFindTolerance = "50";
 
 // The input of one camera: a folder of pictures, or a data set; with observations or without.
-Input camera_input(const RigInputArguments& arguments, std::size_t camera) {
+Input camera_input(const RigInputArguments& arguments, std::size_t camera, Exclusion& exclusion) {
   InputArguments input = arguments.input;
   if (!arguments.targets.empty()) input.target = arguments.targets.front();
   input.inputs = {arguments.input.inputs[camera]};
   if (!arguments.corners.empty()) input.observations = arguments.corners[camera];
   if (input.default_frames.empty()) input.default_frames = "evenly";  // equal in all
   if (input.frames == "auto") input.frames = input.default_frames;
-  Input read = read_input(input);
+  Input read = read_input(input, &exclusion);
   for (std::size_t b = 1; b < arguments.targets.size(); ++b)
     read.dataset.boards.push_back({read_target(arguments.targets[b], {}, &read.warnings), Pose()});
   return read;
@@ -224,8 +224,9 @@ RigInput read_rig(const RigInputArguments& arguments) {
   const std::vector<std::string> names = names_of_folders(inputs);
   check_number_of_corners(arguments, inputs.size());
   RigInput result;
+  Exclusion exclusion(arguments.input.excluded);
   for (std::size_t c = 0; c < inputs.size(); ++c) {
-    Input input = camera_input(arguments, c);
+    Input input = camera_input(arguments, c, exclusion);
     find_views(input, arguments.threads);
     print_warnings(input.warnings);
     if (num_corners(input.dataset.views) == 0)
@@ -235,6 +236,9 @@ RigInput read_rig(const RigInputArguments& arguments) {
     result.pictures.push_back(std::move(input.files));
     result.refinement = input.refinement;
   }
+  std::vector<std::string> warnings;
+  warn_of_unused(exclusion, warnings);
+  print_warnings(warnings);
   result.rig.instants = paired(arguments, result.rig.cameras);
   return result;
 }

@@ -67,7 +67,7 @@ Board read_board(const InputArguments& arguments, Input& input) {
   return read_target(arguments.target, {}, &input.warnings, size);
 }
 
-Input read_pictures(const InputArguments& arguments) {
+Input read_pictures(const InputArguments& arguments, Exclusion& exclusion) {
   if (!arguments.observations.empty()) {
     throw Error(
         "--observations: needs a DATASET; with --target leave it out: the corners are found in the "
@@ -83,10 +83,8 @@ Input read_pictures(const InputArguments& arguments) {
       arguments.inputs,
       frame_choice(arguments.frames.empty() ? arguments.default_frames : arguments.frames),
       &input.frames);
-  Exclusion exclusion(arguments.excluded);
   std::erase_if(files, [&](const fs::path& file) { return exclusion.excludes(file); });
   if (files.empty()) throw Error("--exclude: leaves no picture");
-  warn_of_unused(exclusion, input.warnings);
   std::vector<ImageHeader> headers;
   const std::vector<std::string> unreadable = remove_unreadable(files, headers);
   leave_out(unreadable, arguments.strict, files.empty(), input.warnings);
@@ -121,11 +119,10 @@ void check_dataset_folder(const InputArguments& arguments) {
   }
 }
 
-Input read_folder(const InputArguments& arguments) {
+Input read_folder(const InputArguments& arguments, Exclusion& exclusion) {
   check_dataset_folder(arguments);
   check_dataset_options(arguments);
   const std::string& folder = arguments.inputs.front();
-  Exclusion exclusion(arguments.excluded);
   DatasetFolder read =
       read_dataset(folder, [&](const fs::path& file) { return exclusion.excludes(file); });
   Input input;
@@ -148,7 +145,6 @@ Input read_folder(const InputArguments& arguments) {
                 [&](const View& view) { return exclusion.excludes(view.image); });
   if (!arguments.excluded.empty() && input.images.empty() && input.dataset.views.empty())
     throw Error("--exclude: leaves no picture");
-  warn_of_unused(exclusion, input.warnings);
   return input;
 }
 
@@ -276,11 +272,15 @@ void add_observations(CLI::App& command, InputArguments& arguments) {
       .reads_text();
 }
 
-Input read_input(const InputArguments& arguments) {
+Input read_input(const InputArguments& arguments, Exclusion* of_several) {
   if (!arguments.observations.empty() && !arguments.refinement.empty())
     throw Error("--refinement: belongs to corners found in pictures, not to --observations");
   const bool is_dataset = arguments.target.empty() && arguments.family.empty();
-  Input input = is_dataset ? read_folder(arguments) : read_pictures(arguments);
+  Exclusion own(arguments.excluded);
+  Exclusion& exclusion = of_several ? *of_several : own;
+  Input input =
+      is_dataset ? read_folder(arguments, exclusion) : read_pictures(arguments, exclusion);
+  if (!of_several) warn_of_unused(own, input.warnings);
   input.refinement = refinement_of(arguments);
   input.strict = arguments.strict;
   check_outputs(arguments, input);

@@ -65,8 +65,9 @@ struct Input {
 // Reads boards, observations, truth, and the headers of the pictures. A picture that cannot be read
 // is left out with a warning, or throws Error if that is not allowed. Throws Error if the pictures
 // do not have one common size, or none is left, and if an output would replace a file that is read
-// or another output.
-Input read_input(const InputArguments& arguments);
+// or another output. Warns of patterns of --exclude that leave out nothing, but not of those of
+// several inputs, to which an exclusion is given.
+Input read_input(const InputArguments& arguments, Exclusion* of_several = nullptr);
 
 // --refinement; no value: not given.
 std::optional<Refinement> refinement_of(const InputArguments& arguments);
