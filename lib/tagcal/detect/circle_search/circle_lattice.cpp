@@ -223,6 +223,8 @@ Eigen::Matrix2d axes_in_picture(const CirclePlaces& places, const CircleGrid& gr
 // deviation of a coordinate. Infinite if they are too few to tell.
 double strain_of(const CirclePlaces& places, const CircleGrid& grid) {
   constexpr int kParameters = 8, kFewestOver = 6;
+  const int over = 2 * static_cast<int>(places.size()) - kParameters;
+  if (over < kFewestOver) return std::numeric_limits<double>::infinity();
   std::vector<Vector2d> on_board;
   std::vector<Eigen::Vector3d> in_picture;
   for (const TargetPoint& point : target_points({grid, {}}))
@@ -230,9 +232,8 @@ double strain_of(const CirclePlaces& places, const CircleGrid& grid) {
       on_board.push_back(point.position.head<2>() / grid.spacing);
       in_picture.push_back(place->second.homogeneous());
     }
-  const int over = 2 * static_cast<int>(places.size()) - kParameters;
   const auto image_from_board = homography(on_board, in_picture);
-  if (over < kFewestOver || !image_from_board) return std::numeric_limits<double>::infinity();
+  if (!image_from_board) return std::numeric_limits<double>::infinity();
   double squares = 0;
   for (std::size_t i = 0; i < on_board.size(); ++i) {
     const Vector2d expected = (*image_from_board * on_board[i].homogeneous()).hnormalized();

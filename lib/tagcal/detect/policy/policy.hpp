@@ -356,8 +356,8 @@ inline constexpr float kBlobMinConvexity = 0.8F;
 inline constexpr double kBlobMostRatio = 1.5;
 // Fewer discs are a grid only if they are this near to a perspective image of it, in spacings: that
 // many scattered discs often lie where a lattice predicts its next ones, a third of a step off.
-// Source: pictures of 20 to 80 scattered discs, strains of lattices of seven and more 0.076 to 2; of
-// rendered 4 x 3 grids 0.02 to 0.05, and to 0.1 two spacings before a fisheye.
+// Source: strains of lattices of seven discs and more in pictures of discs scattered about nodes,
+// 0.076 to 2; of rendered 4 x 3 grids, 0.02 to 0.05, and to 0.1 two spacings before a fisheye.
 inline constexpr std::size_t kManyDiscs = 16;
 inline constexpr double kMaxDiscStrain = 0.07;
 

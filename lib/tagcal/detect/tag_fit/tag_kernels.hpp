@@ -97,8 +97,7 @@ struct alignas(64) TagBlock {
   std::int32_t column[kRoom], row[kRoom];  // first lines that are felt
   int in_patch[kRoom];                     // index of the pixel
   int size = 0;
-  int num_felt =
-      0;  // largest number of lines of one direction at a pixel: 1 to 4, 6, 8, 12, 16 or all
+  int num_felt = 0;  // most lines of one direction at a pixel: 1 to 4, 6, 8, 12, 16 or all
   bool is_stretched = false;
   bool is_bent = false;
 
