@@ -235,6 +235,26 @@ TEST(CircleGrids, ScatteredDiscsAreNoSmallGrid) {
   }
 }
 
+// Wherever they lie in the picture, and near before a fisheye.
+TEST(CircleGrids, SmallGridsAreFound) {
+  Random random(16);
+  int num_found = 0;
+  for (int i = 0; i < 20; ++i) {
+    const CheckerView view =
+        checker_view(circles(4, 3, false), strong_lens(1), {100, 50, .8, 2, .2}, random);
+    Vector2d low = Vector2d::Constant(1e9);
+    for (const auto& [id, at] : view.corners) low = low.cwiseMin(at);
+    const int x = std::max(0, static_cast<int>(low.x()) - 60);
+    const int y = std::max(0, static_cast<int>(low.y()) - 60);
+    const ImageView8 whole = view.image;
+    const ImageView8 part(whole.row(y) + x, {whole.width() - x, whole.height() - y},
+                          whole.stride());
+    for (const ImageView8& image : {whole, part})
+      num_found += !detect(image, {{view.board, Pose()}}).view.observations.empty();
+  }
+  EXPECT_GE(num_found, 34);
+}
+
 TEST(CircleGrids, OtherPicturesShowNone) {
   Random random(13);
   const CheckerView squares = checker_view(make_board(Checkerboard{8, 5, .03, .03}), strong_lens(0),

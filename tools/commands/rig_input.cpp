@@ -223,10 +223,14 @@ RigInput read_rig(const RigInputArguments& arguments) {
   if (inputs.size() == 1 && is_rig_folder(inputs.front())) return read_data_set(arguments);
   const std::vector<std::string> names = names_of_folders(inputs);
   check_number_of_corners(arguments, inputs.size());
-  RigInput result;
   Exclusion exclusion(arguments.input.excluded);
+  std::vector<Input> read;
+  for (std::size_t c = 0; c < inputs.size(); ++c)
+    read.push_back(camera_input(arguments, c, exclusion));
+  warn_of_unused(exclusion, read.front().warnings);
+  RigInput result;
   for (std::size_t c = 0; c < inputs.size(); ++c) {
-    Input input = camera_input(arguments, c, exclusion);
+    Input& input = read[c];
     find_views(input, arguments.threads);
     print_warnings(input.warnings);
     if (num_corners(input.dataset.views) == 0)
@@ -236,9 +240,6 @@ RigInput read_rig(const RigInputArguments& arguments) {
     result.pictures.push_back(std::move(input.files));
     result.refinement = input.refinement;
   }
-  std::vector<std::string> warnings;
-  warn_of_unused(exclusion, warnings);
-  print_warnings(warnings);
   result.rig.instants = paired(arguments, result.rig.cameras);
   return result;
 }

@@ -202,18 +202,25 @@ bool is_seen_enough(const CirclePlaces& places, const CircleGrid& grid) {
          share([&](int i) { return i / grid.columns == grid.rows - 1; }, grid.columns);
 }
 
+// Where discs are on the board, in its spacings, in the order of their places.
+std::vector<Vector2d> on_board(const CirclePlaces& places, const CircleGrid& grid) {
+  std::map<int, Vector2d> all;
+  for (const TargetPoint& point : target_points({grid, {}}))
+    all[point.id.tag_id] = point.position.head<2>() / grid.spacing;
+  std::vector<Vector2d> result;
+  for (const auto& [id, at] : places) result.push_back(all.at(id));
+  return result;
+}
+
 // The affine map from the board to the picture: columns of the board's x and y.
 Eigen::Matrix2d axes_in_picture(const CirclePlaces& places, const CircleGrid& grid) {
-  std::map<int, Vector2d> on_board;
-  for (const TargetPoint& point : target_points({grid, {}}))
-    on_board[point.id.tag_id] = point.position.head<2>() / grid.spacing;
+  const std::vector<Vector2d> points = on_board(places, grid);
   const auto n = static_cast<Eigen::Index>(places.size());
   MatrixX a(n, 3), b(n, 2);
   Eigen::Index i = 0;
   for (const auto& [id, at] : places) {
-    a.row(i) = on_board.at(id).homogeneous();
-    b.row(i) = at;
-    ++i;
+    a.row(i) = points[static_cast<std::size_t>(i)].homogeneous();
+    b.row(i++) = at;
   }
   const MatrixX map = (a.transpose() * a).inverse() * (a.transpose() * b);
   return map.topRows<2>().transpose();
@@ -222,24 +229,25 @@ Eigen::Matrix2d axes_in_picture(const CirclePlaces& places, const CircleGrid& gr
 // How far the discs are from a perspective image of the grid, in its spacings: the standard
 // deviation of a coordinate. Infinite if they are too few to tell.
 double strain_of(const CirclePlaces& places, const CircleGrid& grid) {
-  constexpr int kParameters = 8, kFewestOver = 6;
+  constexpr int kParameters = 8;  // of a homography
+  constexpr int kFewestOver = 6;  // coordinates beyond them: fewer may agree with any homography
   const int over = 2 * static_cast<int>(places.size()) - kParameters;
   if (over < kFewestOver) return std::numeric_limits<double>::infinity();
-  std::vector<Vector2d> on_board;
-  std::vector<Eigen::Vector3d> in_picture;
-  for (const TargetPoint& point : target_points({grid, {}}))
-    if (const auto place = places.find(point.id.tag_id); place != places.end()) {
-      on_board.push_back(point.position.head<2>() / grid.spacing);
-      in_picture.push_back(place->second.homogeneous());
-    }
-  const auto image_from_board = homography(on_board, in_picture);
-  if (!image_from_board) return std::numeric_limits<double>::infinity();
+  // Pixels are seen as by a camera of a narrow view: homography() takes them for rays.
+  const Vector2d origin = places.begin()->second;
+  double size = 0;
+  for (const auto& [id, at] : places) size = std::max(size, (at - origin).norm());
+  std::vector<Eigen::Vector3d> rays;
+  for (const auto& [id, at] : places) rays.emplace_back(((at - origin) / size).homogeneous());
+  const std::vector<Vector2d> points = on_board(places, grid);
+  const auto rays_from_board = homography(points, rays);
+  if (!rays_from_board) return std::numeric_limits<double>::infinity();
   double squares = 0;
-  for (std::size_t i = 0; i < on_board.size(); ++i) {
-    const Vector2d expected = (*image_from_board * on_board[i].homogeneous()).hnormalized();
-    squares += (expected - in_picture[i].head<2>()).squaredNorm();
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Vector2d expected = (*rays_from_board * points[i].homogeneous()).hnormalized();
+    squares += (expected - rays[i].head<2>()).squaredNorm();
   }
-  return std::sqrt(squares / over / std::abs(axes_in_picture(places, grid).determinant()));
+  return size * std::sqrt(squares / over / std::abs(axes_in_picture(places, grid).determinant()));
 }
 
 // The grid's discs in a lattice. Of several ways, the one whose y axis points up most in the

@@ -270,7 +270,7 @@ inline IntPack lanes() {
 }
 
 void add_ends(const TagTable& table, const TagBlock& block, bool white, TagFlatSums* flat) {
-  constexpr int kSums = 24;
+  constexpr int kSums = 24;  // numbers of TagFlatSums, with those of light
   Pack sums[kSums] = {};
   const float share = white ? 1.0F : 0.0F;
   for (int at = 0; at < block.size; at += kFloatLanes) {
