@@ -36,6 +36,16 @@ TEST(Advice, NearlyFrontalViewsNeedATilt) {
   EXPECT_NE(view->sentence.find("tilted by"), std::string::npos);
 }
 
+// A world whose origin is far from the board changes no distance to it.
+TEST(Advice, TheDistanceIsThatOfTheBoard) {
+  Dataset world = make_world(kLens, 3, flat_views(4));
+  const auto here = advise(world, calibrate(world, with_model("f")));
+  world.boards[0].world_from_board = Pose(Eigen::Quaterniond::Identity(), {10, 0, 0});
+  const auto there = advise(world, calibrate(world, with_model("f")));
+  ASSERT_TRUE(here && there);
+  EXPECT_NEAR(there->distance_m, here->distance_m, 1e-6 * here->distance_m);
+}
+
 TEST(Advice, TheExpectedDeviationIsTheOneAfterwards) {
   Dataset world = make_world(kLens, 3, flat_views(15));
   const Calibration before = calibrate(world, with_model("f"));

@@ -50,16 +50,20 @@ std::vector<PossibleView> candidates(double distance_m) {
 struct BoardPoints {
   std::vector<Vector3d> points;
   Vector3d centre = Vector3d::Zero();
+  Vector3d centre_in_world = Vector3d::Zero();
   double size = 0;  // diameter
 
   explicit BoardPoints(const Dataset& dataset) {
+    Pose world_from_board;
     for (const PlacedBoard& placed : dataset.boards) {
       const auto of_board = target_points(placed.board);
       if (of_board.size() <= points.size()) continue;
       points.clear();
       for (const TargetPoint& p : of_board) points.push_back(p.position);
+      world_from_board = placed.world_from_board;
     }
     for (const Vector3d& p : points) centre += p / static_cast<double>(points.size());
+    centre_in_world = world_from_board * centre;
     for (const Vector3d& p : points) size = std::max(size, 2 * (p - centre).norm());
   }
 };
@@ -136,7 +140,7 @@ std::optional<CurrentEstimate> current_estimate(const Calibration& c, const Boar
     if (c.views.empty()) return std::nullopt;  // no distance to begin with
     std::vector<double> distances;
     for (const CalibratedView& view : c.views)
-      distances.push_back(view.camera_from_world.translation().norm());
+      distances.push_back((view.camera_from_world * board.centre_in_world).norm());
     std::sort(distances.begin(), distances.end());
     current.distance_m = distances[distances.size() / 2];
     if (has_distortion(*current.model)) current.seen = c.seen;

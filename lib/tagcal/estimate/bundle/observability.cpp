@@ -130,6 +130,17 @@ double median_distance_m(const Bundle& bundle) {
   return median(std::move(distances));
 }
 
+std::vector<double> distances_m(const Bundle& bundle) {
+  std::vector<double> distances;
+  for (std::size_t v = 0; v < bundle.views.size(); ++v) {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (const Correspondence& c : bundle.views[v].correspondences) sum += c.point;
+    const auto count = static_cast<double>(bundle.views[v].correspondences.size());
+    distances.push_back((bundle.camera_from_target[v] * (sum / count).eval()).norm());
+  }
+  return distances;
+}
+
 int degrees_of_freedom(const Bundle& bundle) {
   const int of_view = bundle.is_rolling() ? 12 : 6;  // pose and velocity
   return 2 * num_corners(bundle) - bundle.model->num_free() -

@@ -30,7 +30,8 @@ Observability observability(const Bundle& bundle, const Model& model,
 BundleSummary solve_until_converged(Bundle& bundle, int max_iterations, std::size_t num_threads);
 
 SeenRegion seen_region(const Bundle& bundle);
-double median_distance_m(const Bundle& bundle);  // from the camera to the corners
+double median_distance_m(const Bundle& bundle);         // from the camera to the corners
+std::vector<double> distances_m(const Bundle& bundle);  // of each view, to its corners' centroid
 
 int num_corners(const Bundle& bundle);
 int degrees_of_freedom(const Bundle& bundle);  // number of residuals - parameters - 6 per pose

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tagcal/estimate/bundle/observability.hpp"
 #include "tagcal/internal/text.hpp"
 #include "tagcal/solvers/numeric/statistics.hpp"
 
@@ -24,9 +25,8 @@ struct PossiblePlace {
 };
 
 // At the smallest, the median and the largest distance of the boards that it saw.
-std::vector<PossiblePlace> places_before(const Bundle& camera, const std::vector<OwnPose>& own) {
-  std::vector<double> distances;
-  for (const OwnPose& pose : own) distances.push_back(pose.camera_from_world.translation().norm());
+std::vector<PossiblePlace> places_before(const Bundle& camera) {
+  const std::vector<double> distances = distances_m(camera);
   if (distances.empty()) return {};
   const auto [least, most] = std::ranges::minmax(distances);
   const Vector2d third = kThird * Vector2d(camera.image_size.width, camera.image_size.height);
@@ -97,7 +97,7 @@ std::optional<AdvisedPair> advised_pair(const SolvedRig& solved) {
   std::optional<AdvisedPair> worst;
   std::string where;
   for (std::size_t a = 0; a < state.cameras.size(); ++a) {
-    const std::vector<PossiblePlace> places = places_before(state.cameras[a], state.own[a]);
+    const std::vector<PossiblePlace> places = places_before(state.cameras[a]);
     for (std::size_t b = a + 1; b < state.cameras.size(); ++b) {
       if (!solved.start.has(a) || !solved.start.has(b)) continue;
       const auto& place = state.poses.camera_from_rig;

@@ -165,11 +165,7 @@ struct ClockProblem {
 }  // namespace
 
 bool tells_offset(const RigState& state) {
-  if (!state.has_stamps || state.time.size() < 2) return true;
-  std::vector<double> gaps;
-  for (std::size_t t = 1; t < state.time.size(); ++t)
-    gaps.push_back(state.time[t] - state.time[t - 1]);
-  return median(std::move(gaps)) <= policy::kOffsetGap;
+  return !state.has_stamps || state.gap <= policy::kOffsetGap;
 }
 
 std::optional<ClockFit> fit_clock(const RigState& state, std::size_t camera,

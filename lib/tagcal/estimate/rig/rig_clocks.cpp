@@ -38,11 +38,8 @@ std::vector<std::pair<std::size_t, std::size_t>> move_views(RigState& state, con
 
 // The offsets of the cameras' clocks by whole instants, as `start` has them.
 std::vector<double> whole_offsets(const RigState& state, const RigStart& start) {
-  std::vector<double> gaps, offsets(state.cameras.size(), 0);
-  for (std::size_t t = 1; t < state.time.size(); ++t)
-    gaps.push_back(state.time[t] - state.time[t - 1]);
-  for (const InstantShift& shift : start.shifts)
-    offsets[shift.camera] = shift.instants * median(gaps);
+  std::vector<double> offsets(state.cameras.size(), 0);
+  for (const InstantShift& shift : start.shifts) offsets[shift.camera] = shift.instants * state.gap;
   return offsets;
 }
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "tagcal/estimate/bundle/observability.hpp"
 #include "tagcal/estimate/findings.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/rig/rig_advice.hpp"
@@ -35,13 +36,6 @@ std::string strain_of(const RigCameraEstimate& camera) {
       "was "
       "given is not its own",
       camera.name, camera.excess);
-}
-
-// The median distance of a camera from the boards.
-double distance_of_boards(const std::vector<OwnPose>& own) {
-  std::vector<double> distances;
-  for (const OwnPose& pose : own) distances.push_back(pose.camera_from_world.translation().norm());
-  return median(std::move(distances));
 }
 
 }  // namespace
@@ -173,7 +167,8 @@ void report_unobservable(const RigState& state, RigCalibration& answer) {
     const double turn = std::sqrt(std::max(0.0, of_turn.eigenvalues()[2]));
     const double shift = std::sqrt(std::max(0.0, of_shift.eigenvalues()[2]));
     const bool is_turn = turn > policy::kFocalRefused;
-    if (!is_turn && shift <= policy::kFocalRefused * distance_of_boards(state.own[c])) continue;
+    if (!is_turn && shift <= policy::kFocalRefused * median(distances_m(state.cameras[c])))
+      continue;
     const Eigen::Vector3d axis = (is_turn ? of_turn : of_shift).eigenvectors().col(2);
     add(answer.findings, code::extrinsic_not_observable,
         fmt::format(

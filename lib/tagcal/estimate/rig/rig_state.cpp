@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <set>
 #include <utility>
 
@@ -11,6 +12,7 @@
 #include "tagcal/estimate/calibration/calibration_fit.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/corner_noise.hpp"
+#include "tagcal/solvers/numeric/statistics.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -101,6 +103,8 @@ std::optional<OwnPose> own_pose(const Bundle& bundle, std::size_t view, const Le
 void set_times(const RigDataset& rig, RigState& state) {
   state.has_stamps = std::ranges::all_of(
       rig.cameras, [](const RigCamera& c) { return c.times_s.size() == c.data.views.size(); });
+  std::vector<double> gaps;
+  std::optional<double> last;  // time of an instant with views
   for (std::size_t t = 0; t < rig.instants.size(); ++t) {
     double sum = 0;
     int count = 0;
@@ -115,7 +119,11 @@ void set_times(const RigDataset& rig, RigState& state) {
       state.time.push_back(sum / count);
     else
       state.time.push_back(t > 0 ? state.time.back() : -std::numeric_limits<double>::infinity());
+    if (state.has_stamps && count == 0) continue;
+    if (last) gaps.push_back(state.time.back() - *last);
+    last = state.time.back();
   }
+  if (!gaps.empty()) state.gap = median(std::move(gaps));
 }
 
 }  // namespace
@@ -203,6 +211,7 @@ RigState rig_state(const PlacedViews& rig, const std::vector<Calibration>& own, 
     state.instant.emplace_back();
     state.view_time.emplace_back();
     std::vector<ViewProblem> views;
+    std::vector<Pose> poses;
     std::vector<LinkedPoses::Link> links;
     for (std::size_t v = 0; v < bundle.views.size(); ++v) {
       const std::optional<OwnPose> pose = own_pose(bundle, v, lens, bundle.camera_from_target[v]);
@@ -214,10 +223,11 @@ RigState rig_state(const PlacedViews& rig, const std::vector<Calibration>& own, 
       state.instant[c].push_back(place.instant);
       state.view_time[c].push_back(place.instant ? state.time[*place.instant] : 0);
       views.push_back(std::move(bundle.views[v]));
+      poses.push_back(bundle.camera_from_target[v]);
       links.push_back({place.instant.value_or(0), place.board, {}});
     }
     bundle.views = std::move(views);
-    bundle.camera_from_target.resize(bundle.views.size());
+    bundle.camera_from_target = std::move(poses);
     bundle.row_terms.resize(bundle.views.size());
     state.cameras.push_back(std::move(bundle));
     state.poses.links.push_back(std::move(links));

@@ -47,6 +47,7 @@ struct RigState {
       instant;                   // in the data set; none: a view alone
   std::vector<double> noise_px;  // per coordinate, by camera
   std::vector<double> time;      // of the instants: s by the stamps, or their number without stamps
+  double gap = 0;                // median between instants with views; 0: there are fewer than two
   std::vector<std::vector<double>> view_time;  // by camera and view: of its instant, or the stamp
   bool has_stamps = false;
   std::size_t num_instants = 0;                         // of the data set
