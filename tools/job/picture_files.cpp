@@ -47,8 +47,8 @@ std::vector<fs::path> matches_of(const std::string& pattern) {
 // Endings of pictures, videos and bags that are not read, which people have beside pictures: they
 // are opened for the message that names them and says what to do.
 bool is_unread_kind(const fs::path& file) {
-  constexpr std::string_view kKinds[] = {".gif", ".jp2", ".jxl",  ".cr3", ".raf", ".mp4",  ".mov",
-                                         ".avi", ".mkv", ".webm", ".bag", ".db3", ".mcap", ".m4v"};
+  constexpr std::string_view kKinds[] = {".gif", ".jp2", ".jxl", ".cr3", ".raf"};
+  if (is_sequence_name(file.filename().string())) return true;
   std::string ending = file.extension().string();
   std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return std::tolower(c); });
   return std::ranges::find(kKinds, ending) != std::end(kKinds);
@@ -62,8 +62,9 @@ std::vector<fs::path> pictures_in(const fs::path& folder) {
   const bool is_data_set = fs::exists(folder / "dataset.yaml");
   throw Error(fmt::format(
       "{}: {}", folder.string(),
-      is_data_set ? "is a data set: name its folder of pictures, or leave out --target and --family"
-                  : "has no pictures (png, jpg, tif, bmp, webp, pgm, ppm), videos or bags"));
+      is_data_set
+          ? "is a data set: name its folder of pictures, or leave out --target and --family"
+          : "has no pictures (png, jpg, tif, bmp, webp, heic, avif, pgm, ppm), videos or bags"));
 }
 
 std::vector<fs::path> files_of(const std::string& argument) {

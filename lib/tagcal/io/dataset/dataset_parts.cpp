@@ -44,7 +44,8 @@ std::vector<fs::path> list_dataset_images(const fs::path& folder, const YamlValu
   if (error) images.fail("must be a folder of pictures (" + error.message() + ")");
   std::vector<fs::path> files = list_pictures(folder);
   if (files.empty())
-    images.fail("must be a folder with pictures (png, jpg, tif, bmp, webp, pgm or ppm)");
+    images.fail(
+        "must be a folder with pictures (png, jpg, tif, bmp, webp, heic, avif, pgm or ppm)");
   return files;
 }
 
