@@ -26,7 +26,8 @@ inline const MatrixX& usual_covariance() {
 
 // A calibration of a true camera, with errors as its covariance says.
 inline UncertainCamera calibrated(const Lens& truth, Random& random) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen{Eigen::MatrixXd(usual_covariance())};
+  static const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen{
+      Eigen::MatrixXd(usual_covariance())};
   Eigen::VectorXd error(kModel.num_free());
   for (Eigen::Index i = 0; i < error.size(); ++i)
     error[i] = std::sqrt(std::max(0.0, eigen.eigenvalues()[i])) * random.normal();

@@ -11,6 +11,7 @@ printed, and follows it: the command must not be refused, and must not say the s
 
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -65,15 +66,15 @@ def mistakes(text: str, options: dict[str, set[str]]) -> list[str]:
 
 
 # A command with a mistake, the advice that it prints, and the command that follows the advice, with
-# the groups of the match. DESK and COPY are rendered data sets.
+# the groups of the match. DESK and COPY are rendered data sets; --out keeps their corners, too.
 ADVISED = [
-    ("calibrate DESK --model weak --out weak.yaml", r"try (--model auto)", "calibrate DESK {0}"),
-    ("calibrate DESK --model f --out f.yaml", r"use (opencv\d) or (auto)", "calibrate DESK --model {0}"),
+    ("calibrate DESK --model weak --out weak.yaml", r"try (--model auto)", "calibrate DESK {0} --out a.yaml"),
+    ("calibrate DESK --model f --out f.yaml", r"use (opencv\d) or (auto)", "calibrate DESK --model {0} --out a.yaml"),
     ("calibrate DESK --model fisheye4 --out fish.yaml", r"(opencv\d), another kind of lens, reduces .* use it",
-     "calibrate DESK --model {0}"),
+     "calibrate DESK --model {0} --out a.yaml"),
     ("convert fish.yaml x.cameramodel", r"(--model \w+) fits one", "convert fish.yaml x.cameramodel {0}"),
     ("convert fish.yaml out.zip", r"choose one by (--to)", "convert fish.yaml out.zip {0} opencv"),
-    ("calibrate DESK --model ds --out ds.yaml", r"(opencv\d), another kind of lens", "calibrate DESK --model {0}"),
+    ("calibrate DESK --model ds --out ds.yaml", r"(opencv\d), another kind of lens", "calibrate DESK --model {0} --out a.yaml"),
     ("convert ds.yaml x.cameramodel", r"(--model \w+) fits one", "convert ds.yaml x.cameramodel {0}"),
     ("convert ds.yaml x.ini --to ros", r"(--model \w+) fits one", "convert ds.yaml x.ini --to ros {0}"),
     ("convert o8.yaml chain.yaml --to kalibr", r"convert (--model \w+) fits a lens without it",
@@ -85,7 +86,7 @@ ADVISED = [
     ("convert o8.yaml t.json --to nerfstudio", r"calibrate with (--model \w+)",
      "calibrate DESK {0} --out o5.yaml"),
     ("pose DESK", r"(--unknown-focal)", "pose DESK {0}"),
-    ("calibrate DESK/images", r"need their board, (--target) T", "calibrate DESK/images {0} DESK/target.yaml"),
+    ("calibrate DESK/images", r"need their board, (--target) T", "calibrate DESK/images {0} DESK/target.yaml --out a.yaml"),
     ("detect DESK --target DESK/target.yaml", r"leave out (--target)", "detect DESK"),
     ("detect DESK/images --border-bits 1", r"needs (--family)", "detect DESK/images --border-bits 1 {0} tag36h11"),
     ("pose DESK/images --unknown-focal --family tag36h11", r"needs (--tag-size)",
@@ -105,8 +106,8 @@ class Advice:
 
     def __init__(self, source: Path, program: str, folder: Path):
         self.program, self.folder, self.wrong = program, folder, []
-        for name in ("DESK", "COPY"):
-            self.run(f"render {source}/data-synthetic/scenes/desk.yaml --views 8 --out {name}")
+        self.run(f"render {source}/data-synthetic/scenes/desk.yaml --views 8 --out DESK")
+        shutil.copytree(folder / "DESK", folder / "COPY")
         self.run("calibrate DESK --model opencv8 --out o8.yaml")
 
     def run(self, arguments: str) -> tuple[int, str]:

@@ -328,7 +328,7 @@ Said of_two_cameras() {
   return {c.status, codes_of(c.findings)};
 }
 
-std::vector<Case> all_cases() {
+std::vector<Case> made_cases() {
   std::vector<Case> cases;
   for (const auto& some : {cases_of_data(),
                            cases_of_target_and_model(),
@@ -338,6 +338,11 @@ std::vector<Case> all_cases() {
                            cases_of_checks(),
                            {{"sources_disagree", of_two_cameras()}}})
     cases.insert(cases.end(), some.begin(), some.end());
+  return cases;
+}
+
+const std::vector<Case>& all_cases() {
+  static const std::vector<Case> cases = made_cases();
   return cases;
 }
 

@@ -7,8 +7,10 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <opencv2/core/persistence.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tagcal/estimate/advice.hpp"
@@ -26,6 +28,18 @@ std::filesystem::path folder(const std::string& set) {
 
 Calibration calibrated(const std::string& set, const CalibrateOptions& options) {
   return calibrate(read_dataset(folder(set)).dataset, options);
+}
+
+// The same by a model's name ("": auto), made once.
+const Calibration& calibrated(const std::string& set, const std::string& model) {
+  static std::map<std::pair<std::string, std::string>, Calibration> made;
+  const auto [at, is_new] = made.try_emplace({set, model});
+  if (is_new) {
+    CalibrateOptions options;
+    options.model = model;
+    at->second = calibrated(set, options);
+  }
+  return at->second;
 }
 
 CalibrateOptions with_model(std::string model) {
@@ -64,7 +78,7 @@ double mrcal_sigma_px(const std::string& set) {
 
 TEST(RealCorners, SameCornersGiveTheAnswerOfMrcal) {
   for (const std::string& set : sets()) {
-    const Calibration c = calibrated(set, with_model("opencv5"));
+    const Calibration& c = calibrated(set, "opencv5");
     ASSERT_EQ(c.status, Status::ok) << set;
     // mrcal's answers here are of flat boards, ours has the board's shape and row terms.
     EXPECT_LT(difference_px(answer(set, "mrcal.yaml"), c, kInfinitelyFar), 2 * predicted_px(c))
@@ -78,7 +92,7 @@ TEST(RealCorners, SameCornersGiveTheAnswerOfMrcal) {
 // Where neither drops a corner, f and c too: half a pixel in the convention would show.
 TEST(RealCorners, SameCornersGiveTheParametersOfMrcal) {
   for (const std::string set : {"bouguet_left", "bouguet_right"}) {
-    const Calibration c = calibrated(set, with_model("opencv5"));
+    const Calibration& c = calibrated(set, "opencv5");
     EXPECT_TRUE(c.outliers.empty()) << set;
     const Camera camera = answer(set, "mrcal.yaml");
     const auto mrcal = parameters(camera.lens);
@@ -91,7 +105,7 @@ TEST(RealCorners, SameCornersGiveTheParametersOfMrcal) {
 // Bouguet's toolbox and ViSP found their own corners in the same pictures: two deviations of ours.
 TEST(RealCorners, PublishedAnswersAreMetWithinTwoDeviations) {
   for (const std::string set : {"bouguet_left", "bouguet_right", "visp_circles"}) {
-    const Calibration c = calibrated(set, with_model("opencv5"));
+    const Calibration& c = calibrated(set, "opencv5");
     ASSERT_EQ(c.status, Status::ok) << set;
     EXPECT_LT(difference_px(answer(set, "published.yaml"), c, kInfinitelyFar), 2 * predicted_px(c))
         << set;
@@ -100,7 +114,7 @@ TEST(RealCorners, PublishedAnswersAreMetWithinTwoDeviations) {
 
 TEST(RealCorners, BouguetsFocalLengthAndCentreAreMetWithinThreeSigma) {
   for (const std::string set : {"bouguet_left", "bouguet_right"}) {
-    const Calibration c = calibrated(set, with_model("opencv5"));
+    const Calibration& c = calibrated(set, "opencv5");
     const Camera camera = answer(set, "published.yaml");
     const auto published = parameters(camera.lens);
     const auto ours = parameters(c.camera->lens);
@@ -118,7 +132,7 @@ TEST(RealCorners, WrongCornersAreFoundAndWithThemOpencvsAnswer) {
   EXPECT_LT(difference_px(answer("opencv_left", "published.yaml"), all, kInfinitelyFar),
             2 * predicted_px(all));
 
-  const Calibration robust = calibrated("opencv_left", with_model("opencv5"));
+  const Calibration& robust = calibrated("opencv_left", "opencv5");
   EXPECT_LT(difference_px(answer("bouguet_left", "published.yaml"), robust, kInfinitelyFar),
             2 * predicted_px(robust));
   EXPECT_GT(difference_px(answer("bouguet_left", "published.yaml"), all, kInfinitelyFar),
@@ -133,7 +147,7 @@ TEST(RealCorners, WrongCornersAreFoundAndWithThemOpencvsAnswer) {
 // The published answer stands on other views, ours on nine of a board that is not flat: the same
 // corners bring mrcal as far from it.
 TEST(RealCorners, EurocIsAsNearToThePublishedAnswerAsMrcal) {
-  const Calibration c = calibrated("euroc_cam0", with_model("opencv5"));
+  const Calibration& c = calibrated("euroc_cam0", "opencv5");
   const Camera published = answer("euroc_cam0", "published.yaml");
   Calibration mrcal = c;
   mrcal.camera = answer("euroc_cam0", "mrcal.yaml");
@@ -145,7 +159,7 @@ TEST(RealCorners, EurocIsAsNearToThePublishedAnswerAsMrcal) {
 }
 
 TEST(RealCorners, EurocsBoardIsBentAsMrcalFindsIt) {
-  const Calibration c = calibrated("euroc_cam0", with_model("opencv5"));
+  const Calibration& c = calibrated("euroc_cam0", "opencv5");
   ASSERT_TRUE(c.board_warp.has_value());
   const Eigen::Vector2d mrcal_mm(0.89042, 0.19494);  // calobject_warp
   for (int i = 0; i < 2; ++i)
@@ -155,11 +169,11 @@ TEST(RealCorners, EurocsBoardIsBentAsMrcalFindsIt) {
 // A rational lens explains some of these corners a little better, and has a pole in the image.
 TEST(RealCorners, AutoTakesNoLensWithAPoleInTheImage) {
   for (const std::string& set : sets()) {
-    const Calibration c = calibrated(set, {});
+    const Calibration& c = calibrated(set, "");
     ASSERT_EQ(c.status, Status::ok) << set;
     EXPECT_FALSE(has_pole(*c.camera)) << set;
     // The answer by name is within what is claimed.
-    const Calibration named = calibrated(set, with_model("opencv5"));
+    const Calibration& named = calibrated(set, "opencv5");
     const double difference =
         std::abs(parameters(c.camera->lens)[0] - parameters(named.camera->lens)[0]);
     EXPECT_LT(difference, 3 * std::hypot(c.sigmas[0], named.sigmas[0])) << set;
@@ -177,10 +191,10 @@ bool warns(const Calibration& c, const std::string& text) {
 TEST(RealCorners, AModelThatIsTooSmallIsSaid) {
   for (const std::string& set : sets()) {
     for (const std::string model : {"f", "pinhole"}) {
-      const Calibration c = calibrated(set, with_model(model));
+      const Calibration& c = calibrated(set, model);
       EXPECT_TRUE(!is_answer(c.status) || warns(c, "the model underfits: opencv5")) << set;
     }
-    EXPECT_FALSE(warns(calibrated(set, with_model("opencv5")), "too small: opencv5")) << set;
+    EXPECT_FALSE(warns(calibrated(set, "opencv5"), "too small: opencv5")) << set;
   }
 }
 
@@ -188,14 +202,13 @@ TEST(RealCorners, AModelThatIsTooSmallIsSaid) {
 TEST(RealCorners, TheTargetsAreAsTheirFilesSay) {
   for (const std::string& set : sets())
     for (const std::string model : {"opencv5", "auto"})
-      EXPECT_FALSE(warns(calibrated(set, with_model(model)), "target is not as its file says"))
-          << set << model;
+      EXPECT_FALSE(warns(calibrated(set, model), "target is not as its file says")) << set << model;
   // The corners of Kalibr's detector make all tags of EuRoC's board look a little too small.
-  EXPECT_TRUE(warns(calibrated("euroc_cam0", with_model("opencv5")), "all tags look"));
+  EXPECT_TRUE(warns(calibrated("euroc_cam0", "opencv5"), "all tags look"));
 }
 
 TEST(RealCorners, GapsAreOneWarning) {
-  const Calibration c = calibrated("euroc_cam0", with_model("opencv5"));
+  const Calibration& c = calibrated("euroc_cam0", "opencv5");
   EXPECT_TRUE(warns(c, "no corners in the lower left, upper right and lower right corners of"));
   EXPECT_EQ(std::count_if(c.findings.begin(), c.findings.end(),
                           [](const Finding& f) { return f.sentence.find("no corners in") == 0; }),
@@ -204,7 +217,7 @@ TEST(RealCorners, GapsAreOneWarning) {
 
 TEST(RealCorners, TheAdvisedViewFillsTheGaps) {
   for (const std::string& set : sets()) {
-    const Calibration c = calibrated(set, with_model("opencv5"));
+    const Calibration& c = calibrated(set, "opencv5");
     const auto view = advise(read_dataset(folder(set)).dataset, c);
     ASSERT_TRUE(view.has_value()) << set;
     EXPECT_EQ(view->fills, c.seen.missing_parts()) << set;
@@ -218,7 +231,7 @@ TEST(RealCorners, TheAdvisedViewFillsTheGaps) {
 TEST(RealCorners, TheShapeBringsTheAnswerNearer) {
   for (const std::string set : {"bouguet_left", "euroc_cam0"}) {
     const Camera published = answer(set, "published.yaml");
-    const Calibration c = calibrated(set, with_model("opencv5"));
+    const Calibration& c = calibrated(set, "opencv5");
     Calibration flat = c;
     flat.camera = answer(set, "mrcal.yaml");
     EXPECT_LT(difference_px(published, c, kInfinitelyFar),
@@ -230,8 +243,8 @@ TEST(RealCorners, TheShapeBringsTheAnswerNearer) {
 // The bend belongs to the model that was chosen, not to the largest one that was tried on the way.
 TEST(RealCorners, AutoBendsTheBoardAsTheModelThatItChooses) {
   for (const std::string& set : sets()) {
-    const Calibration chosen = calibrated(set, {});
-    const Calibration asked = calibrated(set, with_model(chosen.model));
+    const Calibration& chosen = calibrated(set, "");
+    const Calibration& asked = calibrated(set, chosen.model);
     ASSERT_TRUE(chosen.board_warp && asked.board_warp) << set;
     EXPECT_FALSE(chosen.steps.empty()) << set;
     // The row terms' prior and the noise that weighs the priors are those of the posterior's model,
@@ -265,7 +278,7 @@ TEST(RealCorners, AnswersOfOthersCompareInBothOrders) {
 // lens gets its distortion.
 TEST(RealCorners, AutoChoosesALensThatProjectsAlike) {
   for (const std::string& set : sets()) {
-    const Calibration c = calibrated(set, {});
+    const Calibration& c = calibrated(set, "");
     ASSERT_EQ(c.status, Status::ok) << set;
     const double distance_m = c.projection.back().distance_m;
     EXPECT_LT(difference_px(answer(set, "mrcal.yaml"), c, distance_m),
