@@ -45,6 +45,33 @@ std::string replaced_all(std::string text, const std::string& from, const std::s
 const char* const kPlace =
     "      rig_from_camera: {translation_m: [0.08, 0.002, 0.001], roll_pitch_yaw_deg: [1, 2, 3]}\n";
 
+// Corners at wrong places of the board are no answer of any command that takes a rig.
+TEST_F(CliRig, AWrongTargetIsNoAnswer) {
+  render("rig", scene_of(kPlace));
+  good_run("rig " + path("rig") + " --out " + path("rig.yaml"));
+  spill(root() / "wrong.yaml",
+        replaced(slurp(root() / "rig/target.yaml"), "tagSpacing: 0.3", "tagSpacing: 0.2"));
+  std::string robot = "image,x_m,y_m,z_m,qw,qx,qy,qz\n";
+  for (int i = 0; i < 12; ++i)
+    robot += (i < 10 ? "00" : "0") + std::to_string(i) + ".png," + std::to_string(0.01 * i) +
+             ",0,0,1,0,0,0\n";
+  spill(root() / "robot.csv", robot);
+  const std::string cameras = " " + path("rig/left/images") + " " + path("rig/right/images") +
+                              " --target " + path("wrong.yaml");
+  for (const std::string& command :
+       {"rig" + cameras, "pose --json --rig " + path("rig.yaml") + cameras,
+        "check --camera " + path("rig.yaml") + cameras,
+        "handeye --mount hand --robot " + path("robot.csv") + " --camera " + path("rig.yaml") +
+            cameras,
+        "handeye --mount hand --robot " + path("robot.csv") + " --camera " +
+            path("rig/left/truth.yaml") + " --target " + path("wrong.yaml") + " " +
+            path("rig/left/images")}) {
+    const Outcome outcome = run(command);
+    EXPECT_EQ(outcome.exit_code, 3) << command << outcome.out << outcome.err;
+    EXPECT_HAS(outcome.out, "wrong tag spacing");
+  }
+}
+
 TEST_F(CliRig, PicturesToARigFile) {
   render("rig", scene_of(kPlace));
   const Outcome out =

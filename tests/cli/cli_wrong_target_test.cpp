@@ -104,6 +104,18 @@ TEST_F(CliWrongTarget, CheckTellsNothing) {
   EXPECT_HAS(outcome.out, "wrong tag spacing");
 }
 
+// The calibration of another run stays as it is.
+TEST_F(CliWrongTarget, WatchWritesNothing) {
+  const std::string right = slurp(root() / "set/target.yaml");
+  spill(root() / "wrong.yaml", replaced(right, "tagSpacing: 0.3", "tagSpacing: 0.5"));
+  const Outcome outcome =
+      run("watch --no-cache --every 0.03 --timeout 0.2 --target " + path("wrong.yaml") + " " +
+          path("set/images") + " --out " + path("watched.yaml"));
+  EXPECT_EQ(outcome.exit_code, 3) << outcome.out;
+  EXPECT_HAS(outcome.out, "wrong tag spacing");
+  EXPECT_FALSE(fs::exists(root() / "watched.yaml"));
+}
+
 TEST_F(CliWrongTarget, AprilGrids) {
   for (const WrongTarget& wrong : {WrongTarget{"tagCols: 4", "tagCols: 3", "wrong columns: "},
                                    {"tagCols: 4", "tagCols: 5", "wrong columns: "},

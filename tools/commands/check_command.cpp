@@ -12,6 +12,7 @@
 #include "commands/commands.hpp"
 #include "commands/rig_poses.hpp"
 #include "job/arguments.hpp"
+#include "job/find_corners.hpp"
 #include "job/messages.hpp"
 #include "job/plain_text.hpp"
 #include "job/terminal.hpp"
@@ -202,27 +203,29 @@ struct CheckArguments {
   bool json = false;
 };
 
-CameraCheck check_of_rig(const CheckArguments& arguments) {
-  const RigInputArguments rig = rig_arguments(arguments.input, arguments.pair, arguments.threads);
-  const CameraFile file = read_camera_file(arguments.camera);
-  check_folders_of_rig(rig, file, arguments.camera);
-  const RigDataset data = read_rig(rig).rig;
-  const KnownRig known = rig_of(data, file, arguments.camera);
-  return naming(arguments.camera, [&] { return check_rig(data, known, arguments.options); });
-}
-
 // Corners at wrong places of the board test no camera.
 void refuse_wrong_target(const std::vector<TargetMistake>& mistakes, CameraCheck& check) {
-  const auto mistake = std::ranges::find_if(mistakes, &TargetMistake::moves_corners);
-  if (mistake == mistakes.end()) return;
+  const std::optional<Finding> wrong = wrong_target(mistakes);
+  if (!wrong) return;
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
   check.verdict = CheckVerdict::cannot_tell;
   check.in_sigmas = -kInfinite;
   check.smallest_px = kInfinite;
   check.change.reset();
   check.detectable.clear();
-  add(check.findings, code::no_consensus,
-      "the pictures and the target file do not agree: " + mistake->text());
+  check.findings.push_back(*wrong);
+}
+
+CameraCheck check_of_rig(const CheckArguments& arguments) {
+  const RigInputArguments rig = rig_arguments(arguments.input, arguments.pair, arguments.threads);
+  const CameraFile file = read_camera_file(arguments.camera);
+  check_folders_of_rig(rig, file, arguments.camera);
+  const RigInput read = read_rig(rig);
+  const KnownRig known = rig_of(read.rig, file, arguments.camera);
+  CameraCheck check =
+      naming(arguments.camera, [&] { return check_rig(read.rig, known, arguments.options); });
+  refuse_wrong_target(read.mistakes, check);
+  return check;
 }
 
 CameraCheck check_of_camera(const CheckArguments& arguments) {

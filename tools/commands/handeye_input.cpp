@@ -6,6 +6,7 @@
 #include <map>
 
 #include "commands/rig_poses.hpp"
+#include "job/find_corners.hpp"
 #include "report/pose_report.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/check_camera.hpp"
@@ -83,6 +84,7 @@ HandeyeInput read_pictures(const HandeyeArguments& arguments) {
         {view.image, view_correspondences(view, points, camera.camera_error_px), {}, {}});
     read.views.back().time_s = time_of(input, view.image);
   }
+  read.wrong_target = wrong_target(input.mistakes);
   if (read.camera->model)
     read.contradiction = contradiction_of_camera(input.dataset, *read.camera,
                                                  static_cast<std::size_t>(arguments.threads));
@@ -100,7 +102,8 @@ void set_reference(const KnownRig& rig, HandeyeInput& read) {
 HandeyeInput read_rig_poses(const HandeyeArguments& arguments) {
   const RigInputArguments rig = rig_arguments(arguments.input, arguments.pair, arguments.threads);
   const CameraFile file = read_camera_file(arguments.camera);
-  const RigDataset data = read_rig_for_poses(rig, file, arguments.camera);
+  const RigInput pictures = read_rig_for_poses(rig, file, arguments.camera);
+  const RigDataset& data = pictures.rig;
   const KnownRig known = rig_of(data, file, arguments.camera);
   PoseOptions options;
   options.sigma_px = arguments.sigma_px;
@@ -108,6 +111,7 @@ HandeyeInput read_rig_poses(const HandeyeArguments& arguments) {
   read.name = arguments.input.inputs.front();
   read.has_all_pictures = false;
   read.shared = known.covariance;
+  read.wrong_target = wrong_target(pictures.mistakes);
   set_reference(known_rig(file, arguments.camera), read);
   read.boards = data.cameras.front().data.boards;
   read.views.resize(data.instants.size());

@@ -10,6 +10,7 @@
 #include "commands/rig_input.hpp"
 #include "job/arguments.hpp"
 #include "job/camera_input.hpp"
+#include "job/find_corners.hpp"
 #include "job/messages.hpp"
 #include "job/outputs.hpp"
 #include "job/shutter.hpp"
@@ -18,6 +19,7 @@
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/calibrate.hpp"
 #include "tagcal/estimate/calibrate_rig.hpp"
+#include "tagcal/estimate/findings.hpp"
 #include "tagcal/io/rig_calibration_file.hpp"
 #include "tagcal/io/text_file.hpp"
 
@@ -158,7 +160,11 @@ int run(const Arguments& given) {
   check_different(rig);
   check_ids(rig, arguments.targets);
   const RigOptions options = rig_options(arguments, rig);
-  const RigCalibration answer = calibrate_input(arguments, shutter, options, input);
+  RigCalibration answer = calibrate_input(arguments, shutter, options, input);
+  if (const std::optional<Finding> wrong = wrong_target(input.mistakes)) {
+    answer.findings.insert(answer.findings.begin(), *wrong);
+    answer.status = judge(answer.findings);
+  }
   const bool answered = is_answer(answer.status);
   if (answered) write_answer_file(arguments.out, rig_yaml(answer));
   if (!arguments.report.empty())

@@ -151,6 +151,12 @@ Input views_of_camera(const RigInputArguments& arguments, const RigCameraFiles& 
   return read;
 }
 
+// The files of a camera's pictures, and what they show of a wrong target.
+void take_pictures(Input input, RigInput& result) {
+  result.pictures.push_back(std::move(input.files));
+  result.mistakes.insert(result.mistakes.end(), input.mistakes.begin(), input.mistakes.end());
+}
+
 // A data set with the key rig.
 RigInput read_data_set(const RigInputArguments& arguments) {
   const std::string& name = arguments.input.inputs.front();
@@ -166,8 +172,7 @@ RigInput read_data_set(const RigInputArguments& arguments) {
   print_warnings(folder.warnings);
   RigInput result;
   for (std::size_t c = 0; c < folder.rig.cameras.size(); ++c)
-    result.pictures.push_back(
-        views_of_camera(arguments, folder.files[c], folder.rig.cameras[c]).files);
+    take_pictures(views_of_camera(arguments, folder.files[c], folder.rig.cameras[c]), result);
   if (folder.rig.instants.empty() || arguments.pair != "name")
     folder.rig.instants = paired(arguments, folder.rig.cameras);
   result.rig = std::move(folder.rig);
@@ -237,8 +242,8 @@ RigInput read_rig(const RigInputArguments& arguments) {
       throw Error(inputs[c] + ": no picture shows the board; see tagcal detect --explain");
     result.rig.cameras.push_back({names[c], std::move(input.dataset), {}});
     set_times(input, result.rig.cameras.back());
-    result.pictures.push_back(std::move(input.files));
     result.refinement = input.refinement;
+    take_pictures(std::move(input), result);
   }
   result.rig.instants = paired(arguments, result.rig.cameras);
   return result;

@@ -42,6 +42,7 @@ struct RigInput {
   RigDataset rig;
   std::vector<std::map<std::string, std::filesystem::path>> pictures;  // by camera and View::image
   std::optional<Refinement> refinement;                                // of the corners
+  std::vector<TargetMistake> mistakes;                                 // that the pictures show
 };
 
 // From a data set with the key rig, or a folder or pattern for each camera. Prints the warnings of

@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "job/camera_input.hpp"
+#include "report/pose_report.hpp"
 #include "report/rig_report.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/internal/parallel.hpp"
@@ -57,13 +58,13 @@ void check_folders_of_rig(const RigInputArguments& arguments, const CameraFile& 
                   name, fmt::join(names, ", "), inputs.front()));
 }
 
-RigDataset read_rig_for_poses(const RigInputArguments& arguments, const CameraFile& file,
-                              const std::string& name) {
+RigInput read_rig_for_poses(const RigInputArguments& arguments, const CameraFile& file,
+                            const std::string& name) {
   check_folders_of_rig(arguments, file, name);
-  RigDataset data = read_rig(arguments).rig;
-  for (RigCamera& camera : data.cameras)
+  RigInput read = read_rig(arguments);
+  for (RigCamera& camera : read.rig.cameras)
     camera.data.boards = in_frame_of_poses(std::move(camera.data.boards));
-  return data;
+  return read;
 }
 
 std::optional<double> time_of(const Instant& instant, const RigDataset& data) {
@@ -107,7 +108,8 @@ KnownRig rig_of(const RigDataset& data, const CameraFile& file, const std::strin
 std::vector<PoseReport> poses_of_rig(const RigInputArguments& arguments, const std::string& file,
                                      double sigma_px) {
   const CameraFile cameras = read_camera_file(file);
-  const RigDataset data = read_rig_for_poses(arguments, cameras, file);
+  const RigInput read = read_rig_for_poses(arguments, cameras, file);
+  const RigDataset& data = read.rig;
   const KnownRig rig = rig_of(data, cameras, file);
   PoseOptions options;
   options.sigma_px = sigma_px;
@@ -117,6 +119,7 @@ std::vector<PoseReport> poses_of_rig(const RigInputArguments& arguments, const s
     reports[t] = report_of(estimate_rig_pose(seen, rig, options), rig, seen);
     reports[t].image = name_of(data.instants[t], data);
     reports[t].time_s = time_of(data.instants[t], data);
+    report_mistakes(read.mistakes, reports[t]);
   });
   return reports;
 }

@@ -23,8 +23,8 @@ void check_folders_of_rig(const RigInputArguments& arguments, const CameraFile& 
                           const std::string& name);
 
 // The data of the rig of a file, with its boards in the frame of poses.
-RigDataset read_rig_for_poses(const RigInputArguments& arguments, const CameraFile& file,
-                              const std::string& name);
+RigInput read_rig_for_poses(const RigInputArguments& arguments, const CameraFile& file,
+                            const std::string& name);
 
 // The corners that each camera of a rig saw at an instant.
 std::vector<ViewCorrespondences> seen_at(const Instant& instant, const RigDataset& data,

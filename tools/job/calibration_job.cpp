@@ -128,23 +128,26 @@ std::string too_few_text(const Input& input) {
                     : fmt::format("none of {} pictures shows the target", count);
 }
 
+// The first mistake that moves corners, else the first. Precondition: there is one.
+const TargetMistake& most_telling(const std::vector<TargetMistake>& mistakes) {
+  const auto moving = std::ranges::find_if(mistakes, &TargetMistake::moves_corners);
+  return moving == mistakes.end() ? mistakes.front() : *moving;
+}
+
 // The answer, if the corners allow none: too few, or numbered by a wrong target file.
 std::optional<Calibration> refusal_of(const Input& input) {
   Calibration refused;
-  const auto mistake =
-      std::ranges::find_if(input.mistakes, [](const TargetMistake& m) { return m.moves_corners; });
-  const bool is_wrong = mistake != input.mistakes.end();
+  const std::optional<Finding> wrong = wrong_target(input.mistakes);
   if (num_corners(input.dataset.views) < kFewestCorners) {
     std::string reason = too_few_text(input);
     const bool is_explained = !input.mistakes.empty();
     if (is_explained)
-      reason += ": " + (is_wrong ? *mistake : input.mistakes.front()).text();
+      reason += ": " + most_telling(input.mistakes).text();
     else
       reason += "; tagcal detect --explain says what is in a picture";
     add(refused.findings, code::degenerate, reason);
-  } else if (is_wrong) {
-    add(refused.findings, code::no_consensus,
-        "the pictures and the target file do not agree: " + mistake->text());
+  } else if (wrong) {
+    refused.findings.push_back(*wrong);
   } else {
     return std::nullopt;
   }

@@ -14,6 +14,7 @@
 #include "tagcal/detect/families.hpp"
 #include "tagcal/detect/refine_views.hpp"
 #include "tagcal/error.hpp"
+#include "tagcal/estimate/findings.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -142,6 +143,13 @@ void need_views(Input& input, int threads, bool shows_progress) {
                             input.observations.empty() ? input.name : input.observations,
                             kFewestCorners, corners));
   }
+}
+
+std::optional<Finding> wrong_target(const std::vector<TargetMistake>& mistakes) {
+  const auto mistake = std::ranges::find_if(mistakes, &TargetMistake::moves_corners);
+  if (mistake == mistakes.end()) return std::nullopt;
+  return finding(code::no_consensus,
+                 "the pictures and the target file do not agree: " + mistake->text());
 }
 
 int num_corners(const std::vector<View>& views) {

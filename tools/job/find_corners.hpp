@@ -1,9 +1,11 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "job/input.hpp"
+#include "tagcal/estimate/types.hpp"
 
 // The corners of a command's pictures: found, or fitted again under a known lens.
 
@@ -31,6 +33,9 @@ void need_views(Input& input, int threads, bool shows_progress = true);
 // Fits the corners of the views in their pictures again, with a known lens. Tags that cannot be
 // fitted keep their corners, and a warning gives their number. Throws Error without pictures.
 void refine_views(Input& input, const Camera& camera, int threads, bool shows_progress = true);
+
+// The refusal of any answer from these corners if a mistake moved them; else no value.
+std::optional<Finding> wrong_target(const std::vector<TargetMistake>& mistakes);
 
 int num_corners(const std::vector<View>& views);
 int num_tags(const std::vector<View>& views);

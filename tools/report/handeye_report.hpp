@@ -21,6 +21,7 @@ struct HandeyeInput {
   ImageSize image_size;                   // of that camera; 0 x 0: not known
   std::vector<PlacedBoard> boards;        // in the frame of the board; empty: not known
   std::optional<Finding> contradiction;   // of the pictures with the camera's file
+  std::optional<Finding> wrong_target;    // of the pictures with the target file: no answer
 };
 
 // Returns the report for a person: the verdict, findings, the places of camera and board, the

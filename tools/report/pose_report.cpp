@@ -1,5 +1,6 @@
 #include "report/pose_report.hpp"
 
+#include "job/find_corners.hpp"
 #include "job/plain_text.hpp"
 #include "job/terminal.hpp"
 #include "report/findings.hpp"
@@ -262,7 +263,7 @@ void report_mistakes(const std::vector<TargetMistake>& mistakes, PoseReport& rep
   for (const TargetMistake& mistake : mistakes)
     add(report.findings, mistake.moves_corners ? code::no_consensus : code::input,
         "the pictures and the target file do not agree: " + mistake.text());
-  if (std::ranges::none_of(mistakes, &TargetMistake::moves_corners)) return;
+  if (!wrong_target(mistakes)) return;
   report.status = judge(report.findings);
   report.hypotheses.clear();
   report.focal_px.reset();

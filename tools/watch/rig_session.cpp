@@ -148,9 +148,12 @@ class RigSession {
   bool calibrate_from(std::size_t most_instants) {
     rig_ = {};
     unpaired_.clear();
-    for (const WatchedCamera& camera : cameras_)
+    for (const WatchedCamera& camera : cameras_) {
       if (!camera.pictures->has_corners())
         unpaired_ = camera.name + ": no picture with the board yet";
+      else if (const std::optional<Finding> wrong = camera.pictures->wrong_target())
+        unpaired_ = camera.name + ": " + wrong->sentence;
+    }
     if (!unpaired_.empty()) return false;
     try {
       used_ = data(most_instants);

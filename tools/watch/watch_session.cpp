@@ -136,6 +136,11 @@ class WatchSession {
     for (const std::string& warning : warnings_) add(findings, code::input, warning);
     for (const std::string& warning : pictures_.warnings()) add(findings, code::input, warning);
     calibration_.findings.insert(calibration_.findings.begin(), findings.begin(), findings.end());
+    const std::optional<Finding> wrong = pictures_.wrong_target();
+    if (wrong) {
+      calibration_.findings.insert(calibration_.findings.begin(), *wrong);
+      calibration_.status = judge(calibration_.findings);
+    }
     standing_ = standing_of(calibration_);
     if (standing_.has_answer) {
       write_whole(options_.out, calibration_yaml(calibration_));
@@ -143,7 +148,7 @@ class WatchSession {
     }
     tell(step_line(step, calibration_));
     tell(notices_.of_urgent_findings(calibration_.findings));
-    if (!meets(standing_, options_.goal_px)) tell_next(advise(dataset, calibration_));
+    if (!wrong && !meets(standing_, options_.goal_px)) tell_next(advise(dataset, calibration_));
   }
 
   // Nothing if it is what was said last: a distance that changes a little is no other view.

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "job/digest.hpp"
+#include "job/find_corners.hpp"
 #include "job/progress.hpp"
 #include "tagcal/detect/explain.hpp"
 #include "tagcal/error.hpp"
@@ -171,8 +172,9 @@ std::vector<DetectedPicture> WatchedPictures::detect(const std::vector<Search>& 
   Progress progress("detecting", static_cast<int>(pictures.size()));
   std::vector<DetectedPicture> found =
       detect_all(images, boards_, options, [&](int done, int) { progress.update(done); });
-  const std::vector<std::string> warnings =
-      board_warnings(boards_, target_mistakes(images, found, boards_, options));
+  const std::vector<TargetMistake> mistakes = target_mistakes(images, found, boards_, options);
+  mistake_ = tools::wrong_target(mistakes);
+  const std::vector<std::string> warnings = board_warnings(boards_, mistakes);
   general_.insert(warnings.begin(), warnings.end());
   return found;
 }
@@ -236,6 +238,7 @@ PictureNews WatchedPictures::keep(const Search& picture, View view,
   content.names.insert(picture.name);
   if (content.view.image.empty()) {
     content.view = std::move(view);
+    content.mistake = mistake_;
     if (told.num_corners > 0) ++revision_;
   }
   content.size = picture.size;
@@ -269,6 +272,19 @@ std::optional<PictureNews> WatchedPictures::forget(const std::string& name) {
 bool WatchedPictures::has_corners() const {
   return std::ranges::any_of(
       contents_, [](const auto& entry) { return !entry.second.view.observations.empty(); });
+}
+
+std::optional<Finding> WatchedPictures::wrong_target() const {
+  std::optional<Finding> found;
+  int wrong = 0, all = 0;
+  for (const auto& [digest, content] : contents_) {
+    if (content.view.observations.empty()) continue;
+    ++all;
+    if (!content.mistake) continue;
+    ++wrong;
+    found = content.mistake;
+  }
+  return 2 * wrong > all ? found : std::nullopt;
 }
 
 Dataset WatchedPictures::dataset() const {

@@ -11,6 +11,7 @@
 
 #include "job/corner_cache.hpp"
 #include "tagcal/detect/detector.hpp"
+#include "tagcal/estimate/types.hpp"
 #include "tagcal/scene/dataset.hpp"
 #include "tagcal/scene/image.hpp"
 
@@ -68,6 +69,10 @@ class WatchedPictures {
   std::vector<std::string> warnings() const;  // about them, and the general ones
   const std::set<std::string>& general_warnings() const { return general_; }
 
+  // The refusal of an answer if more than half of the views were found by a target file that they
+  // contradict; else no value.
+  std::optional<Finding> wrong_target() const;
+
   std::size_t size() const { return contents_.size(); }  // pictures, without repetitions
   bool has_corners() const;
   int revision() const { return revision_; }  // changes with the views that have corners
@@ -79,6 +84,7 @@ class WatchedPictures {
     View view;
     ImageSize size;
     std::vector<std::string> warnings;
+    std::optional<Finding> mistake;  // of the target file, as the search of that time found
   };
   struct Search {
     std::string name;
@@ -104,7 +110,8 @@ class WatchedPictures {
   std::map<std::string, std::string> digests_;  // of the files, by name
   ImageSize size_;                              // of the pictures with corners; 0x0: not known yet
   int revision_ = 0;
-  std::set<std::string> general_;  // warnings about no picture alone
+  std::set<std::string> general_;   // warnings about no picture alone
+  std::optional<Finding> mistake_;  // of the target file, as the latest search found
 };
 
 }  // namespace tagcal::tools
