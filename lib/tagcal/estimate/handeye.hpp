@@ -30,7 +30,7 @@ struct HandeyeView {
 // Steps:
 //   1. the pose of each view (estimate_pose);
 //   2. a start from the motions between all pairs of views, rotations before translations (Park &
-//      Martin 1994), robust: by the least median over triples of views;
+//      Martin 1994), robust: by the least trimmed squares over triples of views;
 //   3. other readings of the robot's poses (inverse, units, order of the quaternion, ..), which are
 //      proposed if they fit much better;
 //   4. one bundle in pixels over both places and all robot poses, which have normal errors about

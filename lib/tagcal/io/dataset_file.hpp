@@ -50,17 +50,17 @@ std::string observations_csv(const std::vector<View>& views,
 // The smallest model that contains the camera, or kParallelModel.
 std::string smallest_model(const Camera& camera);
 
-// truth.yaml: the camera (as in a calibration file) and `poses: [{image, camera_from_world}]`. An
+// truth.yaml: the camera (docs/reference/formats.md) and `poses: [{image, camera_from_world}]`. An
 // empty model stands for the smallest one.
 Truth read_truth(const std::filesystem::path& file);
 void write_truth(const std::filesystem::path& file, const Truth& truth);
 
-// Writes the files of `tagcal render` beside the images: dataset.yaml, target files, truth.yaml.
-// `dataset.views` are not written; `images` and `observations` are the keys' values, "" for none.
 struct DepthFolder {
   std::string folder;  // of 16-bit pictures of z in the camera, with the names of the images
   double unit_m = 0.001;
 };
+// Writes the files of `tagcal render` beside the images: dataset.yaml, target files, truth.yaml.
+// `dataset.views` are not written; `images` and `observations` are the keys' values, "" for none.
 void write_dataset(const std::filesystem::path& folder, const Dataset& dataset,
                    const std::string& images, const std::string& observations,
                    const std::optional<DepthFolder>& depth = {});
