@@ -239,6 +239,11 @@ TEST_F(CliReport, ShowsPoses) {
     for (const Json& residual : data["corners"][name])
       EXPECT_LT(std::abs(residual.get<double>()), 1);
   EXPECT_EQ(data_of(report(path("poses.json")))["views"].size(), 6u);
+  spill(root() / "wrong.yaml",
+        replaced(slurp(root() / "set/target.yaml"), "tagSpacing: 0.3", "tagSpacing: 0.2"));
+  const Outcome wrong = good_run(
+      report(path("poses.json") + " --target " + path("wrong.yaml") + " " + path("set/images")));
+  EXPECT_HAS(wrong.err, "wrong tag spacing");
 }
 
 TEST_F(CliReport, NamesTheValueOfPosesThatIsWrong) {

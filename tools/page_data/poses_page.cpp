@@ -139,6 +139,7 @@ PageContent content_of(const PosesPageInput& given, const std::vector<ReadView>&
     calibration.status = Status::ok;
   }
   find_views(input, given.threads, true, calibration.camera ? &*calibration.camera : nullptr);
+  print_warnings(input.warnings);
   for (std::size_t i = 0; i < views.size(); ++i) {
     const std::string& name = views[i].image;
     const auto found = std::ranges::find(input.dataset.views, name, &View::image);

@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <exception>
 #include <system_error>
 #include <utility>
 
@@ -40,7 +41,7 @@ LiveFrames::LiveFrames(const fs::path& keep)
   reader_ = std::thread([this] {
     try {
       read();
-    } catch (const Error& error) {
+    } catch (const std::exception& error) {  // no memory, no room: also the end of the video
       problem_ = error.what();
     }
     ended_ = true;
