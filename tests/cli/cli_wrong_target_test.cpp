@@ -104,7 +104,7 @@ TEST_F(CliWrongTarget, CheckTellsNothing) {
   EXPECT_HAS(outcome.out, "wrong tag spacing");
 }
 
-// The calibration of another run stays as it is.
+// A watched folder has no answer and no file either.
 TEST_F(CliWrongTarget, WatchWritesNothing) {
   const std::string right = slurp(root() / "set/target.yaml");
   spill(root() / "wrong.yaml", replaced(right, "tagSpacing: 0.3", "tagSpacing: 0.5"));

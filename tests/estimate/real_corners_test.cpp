@@ -30,7 +30,7 @@ Calibration calibrated(const std::string& set, const CalibrateOptions& options) 
   return calibrate(read_dataset(folder(set)).dataset, options);
 }
 
-// The same by a model's name ("": auto), made once.
+// The same by a model's name, made once.
 const Calibration& calibrated(const std::string& set, const std::string& model) {
   static std::map<std::pair<std::string, std::string>, Calibration> made;
   const auto [at, is_new] = made.try_emplace({set, model});
@@ -169,7 +169,7 @@ TEST(RealCorners, EurocsBoardIsBentAsMrcalFindsIt) {
 // A rational lens explains some of these corners a little better, and has a pole in the image.
 TEST(RealCorners, AutoTakesNoLensWithAPoleInTheImage) {
   for (const std::string& set : sets()) {
-    const Calibration& c = calibrated(set, "");
+    const Calibration& c = calibrated(set, "auto");
     ASSERT_EQ(c.status, Status::ok) << set;
     EXPECT_FALSE(has_pole(*c.camera)) << set;
     // The answer by name is within what is claimed.
@@ -243,7 +243,7 @@ TEST(RealCorners, TheShapeBringsTheAnswerNearer) {
 // The bend belongs to the model that was chosen, not to the largest one that was tried on the way.
 TEST(RealCorners, AutoBendsTheBoardAsTheModelThatItChooses) {
   for (const std::string& set : sets()) {
-    const Calibration& chosen = calibrated(set, "");
+    const Calibration& chosen = calibrated(set, "auto");
     const Calibration& asked = calibrated(set, chosen.model);
     ASSERT_TRUE(chosen.board_warp && asked.board_warp) << set;
     EXPECT_FALSE(chosen.steps.empty()) << set;
@@ -278,7 +278,7 @@ TEST(RealCorners, AnswersOfOthersCompareInBothOrders) {
 // lens gets its distortion.
 TEST(RealCorners, AutoChoosesALensThatProjectsAlike) {
   for (const std::string& set : sets()) {
-    const Calibration& c = calibrated(set, "");
+    const Calibration& c = calibrated(set, "auto");
     ASSERT_EQ(c.status, Status::ok) << set;
     const double distance_m = c.projection.back().distance_m;
     EXPECT_LT(difference_px(answer(set, "mrcal.yaml"), c, distance_m),

@@ -7,12 +7,12 @@
 #include "commands/handeye_input.hpp"
 #include "commands/rig_input.hpp"
 #include "job/arguments.hpp"
+#include "job/find_corners.hpp"
 #include "job/messages.hpp"
 #include "job/outputs.hpp"
 #include "page_data/pages.hpp"
 #include "report/handeye_report.hpp"
 #include "tagcal/error.hpp"
-#include "tagcal/estimate/findings.hpp"
 #include "tagcal/io/handeye_file.hpp"
 #include "tagcal/io/text_file.hpp"
 
@@ -74,10 +74,7 @@ int run(const Arguments& given) {
                         : calibrate_handeye_from_poses(input.views, input.shared, options);
   });
   if (input.contradiction) answer.findings.insert(answer.findings.begin(), *input.contradiction);
-  if (input.wrong_target) {
-    answer.findings.insert(answer.findings.begin(), *input.wrong_target);
-    answer.status = judge(answer.findings);
-  }
+  refuse(input.wrong_target, answer);
   const bool answered = is_answer(answer.status);
   if (answered) write_files(arguments, answer);
   if (!arguments.report.empty())

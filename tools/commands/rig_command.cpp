@@ -19,7 +19,6 @@
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/calibrate.hpp"
 #include "tagcal/estimate/calibrate_rig.hpp"
-#include "tagcal/estimate/findings.hpp"
 #include "tagcal/io/rig_calibration_file.hpp"
 #include "tagcal/io/text_file.hpp"
 
@@ -161,10 +160,7 @@ int run(const Arguments& given) {
   check_ids(rig, arguments.targets);
   const RigOptions options = rig_options(arguments, rig);
   RigCalibration answer = calibrate_input(arguments, shutter, options, input);
-  if (const std::optional<Finding> wrong = wrong_target(input.mistakes)) {
-    answer.findings.insert(answer.findings.begin(), *wrong);
-    answer.status = judge(answer.findings);
-  }
+  refuse(wrong_target(input.mistakes), answer);
   const bool answered = is_answer(answer.status);
   if (answered) write_answer_file(arguments.out, rig_yaml(answer));
   if (!arguments.report.empty())

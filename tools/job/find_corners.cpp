@@ -14,7 +14,6 @@
 #include "tagcal/detect/families.hpp"
 #include "tagcal/detect/refine_views.hpp"
 #include "tagcal/error.hpp"
-#include "tagcal/estimate/findings.hpp"
 
 namespace tagcal::tools {
 namespace {

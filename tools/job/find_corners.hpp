@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "job/input.hpp"
-#include "tagcal/estimate/types.hpp"
+#include "tagcal/estimate/findings.hpp"
 
 // The corners of a command's pictures: found, or fitted again under a known lens.
 
@@ -36,6 +36,14 @@ void refine_views(Input& input, const Camera& camera, int threads, bool shows_pr
 
 // The refusal of any answer from these corners if a mistake moved them; else no value.
 std::optional<Finding> wrong_target(const std::vector<TargetMistake>& mistakes);
+
+// Puts that refusal, if there is one, before the findings of an answer, and sets the status.
+template <typename Answer>
+void refuse(const std::optional<Finding>& wrong, Answer& answer) {
+  if (!wrong) return;
+  answer.findings.insert(answer.findings.begin(), *wrong);
+  answer.status = judge(answer.findings);
+}
 
 int num_corners(const std::vector<View>& views);
 int num_tags(const std::vector<View>& views);

@@ -53,7 +53,8 @@ def resident_kb():
 def world(index):
     file = FOLDER / f"world_{index}.yaml"
     if not file.exists():
-        command = [program("tagcal-study"), "worlds", "scene", "--index", str(index), "--out", str(file)]
+        command = [program("tagcal-study"), "worlds", "scene", "--index", str(index), "--out",
+                   str(file)]
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     return file
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "job/find_corners.hpp"
 #include "job/interruption.hpp"
 #include "job/messages.hpp"
 #include "job/progress.hpp"
@@ -137,10 +138,7 @@ class WatchSession {
     for (const std::string& warning : pictures_.warnings()) add(findings, code::input, warning);
     calibration_.findings.insert(calibration_.findings.begin(), findings.begin(), findings.end());
     const std::optional<Finding> wrong = pictures_.wrong_target();
-    if (wrong) {
-      calibration_.findings.insert(calibration_.findings.begin(), *wrong);
-      calibration_.status = judge(calibration_.findings);
-    }
+    refuse(wrong, calibration_);
     standing_ = standing_of(calibration_);
     if (standing_.has_answer) {
       write_whole(options_.out, calibration_yaml(calibration_));

@@ -202,7 +202,7 @@ bool is_seen_enough(const CirclePlaces& places, const CircleGrid& grid) {
          share([&](int i) { return i / grid.columns == grid.rows - 1; }, grid.columns);
 }
 
-// Where discs are on the board, in its spacings, in the order of their places.
+// The positions of these discs on the board, in its spacings, in the order of their places.
 std::vector<Vector2d> on_board(const CirclePlaces& places, const CircleGrid& grid) {
   std::map<int, Vector2d> all;
   for (const TargetPoint& point : target_points({grid, {}}))

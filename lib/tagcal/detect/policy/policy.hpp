@@ -354,9 +354,9 @@ inline constexpr float kBlobMinConvexity = 0.8F;
 // Ratio of the diameters of two discs beside one another in a grid, at most. Source: that of their
 // distances from the camera, 1.3 if they are nearer than three spacings, and a pixel of 5.
 inline constexpr double kBlobMostRatio = 1.5;
-// Discs of a lattice that is a grid however it is bent: so many scattered ones seldom lie where a
-// lattice predicts its next ones, a third of a step off. Source: x0.7: 5 x 4 grids in 14 of 60
-// pictures of scattered discs instead of 6; x1.4: in 2. Without it no 8 x 6 grid is found four
+// A lattice of so many discs is a grid however it is bent: that many scattered discs seldom lie
+// where a lattice predicts its next ones, a third of a step off. Source: x0.7: 5 x 4 grids in 14 of
+// 60 pictures of scattered discs instead of 6; x1.4: in 2. Without it no 8 x 6 grid is found four
 // spacings before a fisheye (74 of 90 pictures).
 inline constexpr std::size_t kManyDiscs = 16;
 // Standard deviation of fewer discs from a perspective image of their grid, in its spacings, at
