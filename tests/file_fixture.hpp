@@ -86,7 +86,8 @@ inline bool same(const Pose& a, const Pose& b) {
   return a.rotation().coeffs() == b.rotation().coeffs() && a.translation() == b.translation();
 }
 
-inline Pose random_pose(Random& random) {
+// Its numbers differ by twelve orders of magnitude.
+inline Pose pose_of_many_sizes(Random& random) {
   const Eigen::Quaterniond q(random.normal(), random.normal(), random.normal(), random.normal());
   return {q, {random.normal(), random.normal() * 1e-7, random.normal() * 1e5}};
 }

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "poses.hpp"
 #include "tagcal/geometry/pose.hpp"
-#include "tagcal/random.hpp"
 
 namespace tagcal {
 
@@ -21,10 +21,6 @@ using Eigen::Vector3d;
 using Three = std::array<Vector3d, 3>;
 using Four = std::array<Vector3d, 4>;
 using FourPixels = std::array<Vector2d, 4>;
-
-inline Vector3d normal_vector(Random& random) {
-  return {random.normal(), random.normal(), random.normal()};
-}
 
 inline Vector3d in_cube(Random& random, double half_side) {
   return {random.uniform(-half_side, half_side), random.uniform(-half_side, half_side),
@@ -62,8 +58,8 @@ inline std::string quantiles(std::vector<double> errors) {
 enum class Views { around, usual, far, near };
 
 inline Vector3d place(Views views, Random& random) {
-  if (views == Views::around) return 3 * normal_vector(random);
-  if (views == Views::near) return 0.5 * normal_vector(random);
+  if (views == Views::around) return 3 * random_vector(random);
+  if (views == Views::near) return 0.5 * random_vector(random);
   const double scale = views == Views::far ? 1000 : random.uniform(3, 8);
   return scale * Vector3d(random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), 1);
 }

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "tagcal/random.hpp"
+#include "poses.hpp"
 #include "tagcal/solvers/n_point.hpp"
 
 // Random problems of n points with their truth, and the conditions on every answer.
@@ -36,18 +36,9 @@ struct Problem {
   Pose truth;
 };
 
-inline Eigen::Quaterniond random_rotation(Random& random) {
-  return Eigen::Quaterniond(random.normal(), random.normal(), random.normal(), random.normal())
-      .normalized();
-}
-
-inline Eigen::Vector3d normal_vector(Random& random) {
-  return {random.normal(), random.normal(), random.normal()};
-}
-
 inline Pose random_pose(const Setting& s, Random& random) {
   if (s.all_around)
-    return {random_rotation(random), s.distance * normal_vector(random).normalized()};
+    return {random_rotation(random), s.distance * random_vector(random).normalized()};
   const Eigen::Vector3d along(random.uniform(-0.45, 0.45), random.uniform(-0.35, 0.35), 1);
   if (!s.frontal) return {random_rotation(random), s.distance * along};
   const Eigen::Quaterniond facing(0, 1, 0, 0);  // z out of the board towards the camera
@@ -72,8 +63,8 @@ inline Problem make_problem(const Setting& s, double sigma, Random& random) {
   } while (!seen(s, p));
   for (const Eigen::Vector3d& x : p.points)
     p.rays.push_back(random.uniform(0.5, 2) *
-                     ((p.truth * x).normalized() + sigma * normal_vector(random)));
-  const Pose target_from_box(random_rotation(random), normal_vector(random));
+                     ((p.truth * x).normalized() + sigma * random_vector(random)));
+  const Pose target_from_box(random_rotation(random), random_vector(random));
   for (Eigen::Vector3d& x : p.points) x = target_from_box * x;
   p.truth = p.truth * target_from_box.inverse();
   return p;

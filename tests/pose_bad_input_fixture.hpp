@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -18,9 +17,6 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 inline constexpr int kTrials = 25000;  // 1e5 cases in all
-
-inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 inline const ImageSize kSize{1280, 800};
 

@@ -36,7 +36,7 @@ inline CameraFile random_rig(Random& random, std::size_t num_cameras, bool on_im
     if (i == 0 && !on_imu)
       camera.camera_from_rig = Pose();
     else
-      camera.camera_from_rig = Pose(random_pose(random).rotation(), t);
+      camera.camera_from_rig = Pose(pose_of_many_sizes(random).rotation(), t);
     file.cameras.push_back(camera);
   }
   return file;

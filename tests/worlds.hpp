@@ -6,11 +6,11 @@
 #include <cmath>
 #include <numbers>
 
+#include "poses.hpp"
 #include "tagcal/camera/model.hpp"
 #include "tagcal/estimate/pose.hpp"
 #include "tagcal/geometry/transform.hpp"
 #include "tagcal/geometry/viewpoint.hpp"
-#include "tagcal/random.hpp"
 #include "tagcal/scene/dataset.hpp"
 
 // Random worlds: cameras, boards, their observations and the truth.
@@ -112,11 +112,6 @@ inline std::vector<Eigen::Vector3d> points_in_box(int count, double half_width_m
     points.push_back(half_width_m * Eigen::Vector3d(random.uniform(-1, 1), random.uniform(-1, 1),
                                                     thickness * random.uniform(-1, 1)));
   return points;
-}
-
-inline Eigen::Quaterniond random_rotation(Random& random) {
-  return Eigen::Quaterniond(random.normal(), random.normal(), random.normal(), random.normal())
-      .normalized();
 }
 
 // A pinhole with square pixels and its principal point in the centre of the image.

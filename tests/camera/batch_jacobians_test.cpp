@@ -15,8 +15,8 @@ using Eigen::Vector3d;
 
 template <typename L>
 class BatchJacobiansOf : public testing::Test {};
-using Lenses = testing::Types<Perspective, Fisheye, Parallel>;
-TYPED_TEST_SUITE(BatchJacobiansOf, Lenses);
+using PolynomialLenses = testing::Types<Perspective, Fisheye, Parallel>;
+TYPED_TEST_SUITE(BatchJacobiansOf, PolynomialLenses);
 
 TYPED_TEST(BatchJacobiansOf, JacobiansAreTheChainOfThoseOfOnePoint) {
   Random random(7);

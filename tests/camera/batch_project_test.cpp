@@ -81,8 +81,8 @@ double rounding_px(const Lens& lens, const Vector3d& x) {
 
 template <typename L>
 class BatchProject : public testing::Test {};
-using Lenses = testing::Types<Perspective, Fisheye, Parallel, DoubleSphere, ExtendedUnified>;
-TYPED_TEST_SUITE(BatchProject, Lenses);
+using BatchLenses = testing::Types<Perspective, Fisheye, Parallel, DoubleSphere, ExtendedUnified>;
+TYPED_TEST_SUITE(BatchProject, BatchLenses);
 
 TYPED_TEST(BatchProject, AgreesWithOnePointToRounding) {
   Random random(1);

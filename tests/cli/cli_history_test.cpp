@@ -9,14 +9,14 @@ namespace {
 
 using Json = nlohmann::json;
 
-const std::string kDesk = TAGCAL_SOURCE_DIR "/data-synthetic/golden/desk";
+const std::string kDeskSet = TAGCAL_SOURCE_DIR "/data-synthetic/golden/desk";
 
 class HistoryCli : public Cli {
  protected:
   static const std::string& camera() {
     static const std::string text = [] {
       const std::string name = path("desk-camera.yaml");
-      EXPECT_EQ(run("calibrate " + kDesk + " --model radial1 --out " + name).exit_code, 0);
+      EXPECT_EQ(run("calibrate " + kDeskSet + " --model radial1 --out " + name).exit_code, 0);
       return slurp(name);
     }();
     return text;
@@ -98,7 +98,7 @@ TEST_F(HistoryCli, TwoAreTooFewAndBadInputIsOneLine) {
         "distortion_coefficients: {rows: 1, cols: 5, dt: d, data: [0, 0, 0, 0, 0]}\n"
         "camera_name: bare\nbinning_x: 2\n");  // has a note, which is not printed
   spill(path("wide.yaml"), replaced(camera(), "image_width: 1280", "image_width: 1281"));
-  good_run("calibrate " + kDesk + " --model fisheye4 --out " + path("fish.yaml"));
+  good_run("calibrate " + kDeskSet + " --model fisheye4 --out " + path("fish.yaml"));
   spill(path("few.csv"), "name,value\na,1\n");
   const auto refused = [&](const std::string& rest, const std::string& named) {
     const Outcome outcome = run("history " + rest);

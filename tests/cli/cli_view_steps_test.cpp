@@ -10,7 +10,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-const std::string kSource = TAGCAL_SOURCE_DIR;
+const std::string kSources = TAGCAL_SOURCE_DIR;
 
 // The steps of a seen corner of the scene's board, as JSON, beside the whole answer.
 struct Steps {
@@ -124,7 +124,7 @@ TEST_F(Cli, TheStepsPlaceTheCamera) {
 
 TEST_F(Cli, TheStepsFindTheMatricesFromMatchedCornersAndByThreeMoves) {
   for (const char* name : {"wall", "window", "house"}) {  // off-centre, and oblique
-    const Outcome outcome = good_run("view " + kSource + "/data-synthetic/scenes/viewing/" + name +
+    const Outcome outcome = good_run("view " + kSources + "/data-synthetic/scenes/viewing/" + name +
                                      ".yaml --near 0.3 --far 3 --json");
     const Steps steps{Json::parse(outcome.out)};
     const Json& matched = steps["five_matched_corners"];
@@ -148,7 +148,7 @@ TEST_F(Cli, TheStepsFindTheMatricesFromMatchedCornersAndByThreeMoves) {
 
 TEST_F(Cli, ViewClipsALineByCodesByItsParameterAndInSpace) {
   const std::string doorway =
-      "view " + kSource + "/data-synthetic/scenes/doorway.yaml --near 1 --far 10 ";
+      "view " + kSources + "/data-synthetic/scenes/doorway.yaml --near 1 --far 10 ";
   const auto line = [&](const std::string& points) {
     const Outcome outcome = good_run(doorway + points + " --json");
     return Json::parse(outcome.out)["steps"]["line_to"];
@@ -175,7 +175,7 @@ TEST_F(Cli, ViewClipsALineByCodesByItsParameterAndInSpace) {
 
 // The relation that docs/course/viewing.md states between the two kinds of angles.
 TEST_F(Cli, TheStepsTurnACameraOfGraphics) {
-  const std::string scene = slurp(kSource + "/data-synthetic/scenes/viewing/turned.yaml");
+  const std::string scene = slurp(kSources + "/data-synthetic/scenes/viewing/turned.yaml");
   spill(root() / "rolled.yaml", scene.substr(0, scene.find("path: ")) +
                                     "path: {type: roll_pitch_yaw, centre_m: [0, 0, 0.6], roll_deg: "
                                     "10, pitch_deg: 37, yaw_deg: 53}\n");
@@ -188,7 +188,7 @@ TEST_F(Cli, TheStepsTurnACameraOfGraphics) {
 }
 
 TEST_F(Cli, ViewSaysWhyACameraSeesWhatARendererDoesNotDraw) {
-  const std::string doorway = "view " + kSource + "/data-synthetic/scenes/doorway.yaml --at 0:2 ";
+  const std::string doorway = "view " + kSources + "/data-synthetic/scenes/doorway.yaml --at 0:2 ";
   const std::string far = run(doorway + "--near 1 --far 3").out;
   EXPECT_HAS(far, "outside the volume: beyond far");
   EXPECT_HAS(far, "only a renderer has near and far planes");

@@ -289,7 +289,7 @@ TEST_F(Watch, AnInterruptionLeavesTheCalibration) {
   EXPECT_HAS(slurp(root() / "camera.yaml"), "camera_matrix");
 }
 
-const char* const kRig = R"(
+const char* const kWatchedRig = R"(
 rig:
   cameras:
     - {name: left, camera: {image_size: [480, 360], model: pinhole, f: 400}}
@@ -307,7 +307,7 @@ sensor: {blur_px: 0.6, noise_levels: 2}
 
 // The rig is that of `tagcal rig` on the same folders.
 TEST_F(Watch, FollowsTheFoldersOfARig) {
-  spill(root() / "duo.yaml", kRig);
+  spill(root() / "duo.yaml", kWatchedRig);
   ASSERT_EQ(run("render " + path("duo.yaml") + " --out " + path("duo")).exit_code, 0);
   for (const char* const folder : {"left", "right"})
     fs::create_directories(root() / "cameras" / folder);

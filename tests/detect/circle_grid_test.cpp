@@ -27,14 +27,14 @@ Board circles(int columns, int rows, bool asymmetric, double share = 0.5) {
   return make_board(grid);
 }
 
-DetectedPicture found(const CheckerView& view, const Camera* camera = nullptr) {
+DetectedPicture found_discs(const CheckerView& view, const Camera* camera = nullptr) {
   DetectOptions options;
   options.camera = camera;
   return detect(view.image, {{view.board, Pose()}}, options, "a.png");
 }
 
-// Errors of centres, those of each picture in its own claims.
-struct Errors {
+// CentreErrors of centres, those of each picture in its own claims.
+struct CentreErrors {
   int count = 0;
   double nees = 0, squares = 0, claimed = 0;
   Vector2d mean = Vector2d::Zero();  // in standard deviations, towards the picture's middle, across
@@ -62,20 +62,20 @@ const Board kAsymmetric = circles(4, 9, true), kSymmetric = circles(8, 6, false)
 TEST(CircleGrids, CentresAreAtTheBoundUpTo60Degrees) {
   for (const double tilt : {0.0, 30.0, 45.0, 60.0}) {
     Random random(7);
-    Errors unknown, known, loud, blobs;
+    CentreErrors unknown, known, loud, blobs;
     for (int i = 0; i < 8; ++i) {
       CheckerViewSpec spec{random.uniform(18, 34), tilt, .8, 2, random.uniform(-1, 1)};
       Random again = random;
       const Board& board = i / 2 % 2 == 0 ? kAsymmetric : kSymmetric;
       const CheckerView view = checker_view(board, strong_lens(i), spec, random);
       ASSERT_TRUE(view.is_whole);
-      const View seen = found(view).view;
+      const View seen = found_discs(view).view;
       ASSERT_EQ(seen.observations.size(), view.corners.size()) << tilt << " " << i;
       unknown.add(seen, view);
-      known.add(found(view, &view.camera).view, view);
+      known.add(found_discs(view, &view.camera).view, view);
       spec.noise_levels = 8;
       const CheckerView same = checker_view(view.board, view.camera, spec, again);
-      loud.add(found(same, &view.camera).view, same);
+      loud.add(found_discs(same, &view.camera).view, same);
       View start = seen;
       const auto gravity = internal::circle_blobs(view.image, 1);
       for (Observation& one : start.observations)
@@ -86,7 +86,7 @@ TEST(CircleGrids, CentresAreAtTheBoundUpTo60Degrees) {
     }
     SCOPED_TRACE(tilt);
     const double bound = loud.claimed * (4 + 1. / 12) / (64 + 1. / 12);
-    for (const Errors& errors : {unknown, known}) {
+    for (const CentreErrors& errors : {unknown, known}) {
       EXPECT_GT(errors.nees / errors.count, 0.8);
       EXPECT_LT(errors.nees / errors.count, 1.2);
       EXPECT_LT(errors.squares, 1.1 * 1.1 * bound);
@@ -99,11 +99,11 @@ TEST(CircleGrids, CentresAreAtTheBoundUpTo60Degrees) {
 // Without a lens of the picture the claim has what a usual lens may do.
 TEST(CircleGrids, FewCirclesClaimNoMoreThanTheyKnow) {
   Random random(8);
-  Errors errors;
+  CentreErrors errors;
   for (int i = 0; i < 6; ++i) {
     const CheckerView view = checker_view(circles(5, 4, false), strong_lens(i),
                                           {50, 40, .8, 1, random.uniform(-1, 1)}, random);
-    const View seen = found(view).view;
+    const View seen = found_discs(view).view;
     ASSERT_EQ(seen.observations.size(), 20U);
     errors.add(seen, view);
   }
@@ -114,9 +114,9 @@ TEST(CircleGrids, LargeDiscsOfLargePicturesAreFitted) {
   Random random(9);
   const Camera camera{Perspective({1500, 1500, 1000, 740, -.3, .1}), {2000, 1500}};
   const CheckerView view = checker_view(kAsymmetric, camera, {110, 40, 1.2, 1, .3}, random);
-  const View seen = found(view).view;
+  const View seen = found_discs(view).view;
   ASSERT_EQ(seen.observations.size(), 36U);
-  Errors errors;
+  CentreErrors errors;
   errors.add(seen, view);
   EXPECT_LT(errors.nees / errors.count, 1.5);
   EXPECT_LT(std::sqrt(errors.squares / (2 * errors.count)), 0.01);
@@ -127,9 +127,9 @@ TEST(CircleGrids, AnOddNumberOfAsymmetricRowsTellsWhichEndIsWhich) {
   for (const double roll : {0.0, 1.7, std::numbers::pi}) {
     const CheckerView view =
         checker_view(kAsymmetric, strong_lens(0), {20, 30, .8, 2, roll}, random);
-    const DetectedPicture picture = found(view);
+    const DetectedPicture picture = found_discs(view);
     EXPECT_TRUE(board_warnings({{view.board, Pose()}}, {}).empty());
-    Errors errors;
+    CentreErrors errors;
     errors.add(picture.view, view);
     EXPECT_EQ(errors.count, 36);
     EXPECT_LT(errors.nees / errors.count, 2);
@@ -143,7 +143,7 @@ TEST(CircleGrids, BoardsThatLookTheSameAfterATurnAreSaidToBeAmbiguous) {
                                     {circles(5, 5, false), "a quarter turn"}}) {
     const CheckerView turned =
         checker_view(board, strong_lens(0), {20, 20, .8, 2, std::numbers::pi + .3}, random);
-    const DetectedPicture picture = found(turned);
+    const DetectedPicture picture = found_discs(turned);
     const auto warnings = board_warnings({{board, Pose()}}, {});
     ASSERT_EQ(warnings.size(), 1U);
     EXPECT_HAS(warnings[0], turn);
@@ -165,13 +165,13 @@ TEST(CircleGrids, SingleDiscsMayBeHiddenButNoOutermostRow) {
   Random random(12);
   CheckerView view = checker_view(kSymmetric, strong_lens(0), {22, 10, .8, 2, .1}, random);
   for (const int id : {0, 11, 28}) hide(view, id, 220);
-  const View seen = found(view).view;
+  const View seen = found_discs(view).view;
   ASSERT_EQ(seen.observations.size(), 45U);
-  Errors errors;
+  CentreErrors errors;
   errors.add(seen, view);
   EXPECT_LT(errors.nees / errors.count, 1.5);
   for (int id = 0; id < 8; ++id) hide(view, id, 220);
-  const DetectedPicture part = found(view);
+  const DetectedPicture part = found_discs(view);
   EXPECT_TRUE(part.view.observations.empty());
   ASSERT_EQ(part.warnings.size(), 1U);
   EXPECT_EQ(part.warnings[0], "a.png: the symmetric grid of 8 x 6 circles is not found");

@@ -18,7 +18,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr ImageSize kSize{640, 480};
+constexpr ImageSize kSharpSize{640, 480};
 const Fisheye kLens({300, 300, 322, 238, -.02, .004, 0, 0});
 
 // Views of a grid of tags whose corners claim 0.02 px and are off by `sd_px` more, and by a smooth
@@ -45,7 +45,7 @@ std::vector<View> views(const Board& board, double sd_px, double bend_px) {
 
 double error_of(std::vector<View>& seen, const Board& board) {
   std::vector<ViewOfSize> sized;
-  for (View& view : seen) sized.push_back({&view, kSize});
+  for (View& view : seen) sized.push_back({&view, kSharpSize});
   return add_corner_error(sized, {{board, Pose()}});
 }
 
@@ -74,7 +74,7 @@ TEST(CornerError, MakesTheScatterAsClaimed) {
   for (const Board& board : {kTags, kSquares}) {
     std::vector<View> seen = views(board, .1, 0);
     std::vector<ViewOfSize> sized;
-    for (View& view : seen) sized.push_back({&view, kSize});
+    for (View& view : seen) sized.push_back({&view, kSharpSize});
     const auto mean = [&] {
       const ScatterNees nees = scatter_nees(sized, {{board, Pose()}});
       EXPECT_GT(nees.num_corners, 100);
@@ -93,10 +93,10 @@ TEST(CornerError, LeavesOutWhatIsSmooth) {
 
 // Claims of observations that were not refined have the error of their own detection already.
 TEST(CornerError, OfRefinedViewsWidensWhatAFitHasPut) {
-  Dataset found{kSize, {{kTags, Pose()}}, views(kTags, .1, 0), {}};
+  Dataset found{kSharpSize, {{kTags, Pose()}}, views(kTags, .1, 0), {}};
   const Matrix2 claimed = found.views[0].observations[0].covariance_px2.value();
   Scene scene;
-  scene.camera = {kLens, kSize};
+  scene.camera = {kLens, kSharpSize};
   scene.boards = found.boards;
   scene.sensor = {1, .7, 1};
   const Pose pose = camera_from_world_looking_at({.3, .5, .9}, {.4, .4, 0}, {0, 1, 0});

@@ -15,7 +15,7 @@ namespace {
 const ImageSize kPicture{1280, 800};
 const Camera kBarrel = {Perspective({900, 900, 652, 391, -0.25}), kPicture};
 const Camera kStrongBarrel = {Perspective({900, 900, 652, 391, -0.4}), kPicture};
-const Camera kFisheye = {Fisheye({400, 400, 652, 391, -0.02, 0.004, -0.002, 0}), kPicture};
+const Camera kFisheyeCamera = {Fisheye({400, 400, 652, 391, -0.02, 0.004, -0.002, 0}), kPicture};
 
 enum class LensIs { unknown, known };
 
@@ -42,8 +42,8 @@ TEST(RefineTagLens, NotKnown) {
   for (const auto& [camera, side_px] : {std::pair{&kBarrel, 30.0},
                                         {&kBarrel, 90.0},
                                         {&kBarrel, 200.0},
-                                        {&kFisheye, 50.0},
-                                        {&kFisheye, 200.0}}) {
+                                        {&kFisheyeCamera, 50.0},
+                                        {&kFisheyeCamera, 200.0}}) {
     const Trials t = lens_trials(*camera, side_px, LensIs::unknown);
     EXPECT_LE(t.failed, 1) << side_px;
     EXPECT_NEAR(t.nees, 1, 0.4) << side_px;  // three sds of the mean over so few
@@ -75,8 +75,8 @@ TEST(RefineTagLens, TheNoiseOfALargeTagIsThatOfThePicture) {
 TEST(RefineTagLens, Known) {
   for (const auto& [camera, side_px, rms_px] : {std::tuple{&kBarrel, 40.0, 0.0066},
                                                 {&kStrongBarrel, 150.0, 0.0031},
-                                                {&kFisheye, 40.0, 0.0066},
-                                                {&kFisheye, 150.0, 0.0031}}) {
+                                                {&kFisheyeCamera, 40.0, 0.0066},
+                                                {&kFisheyeCamera, 150.0, 0.0031}}) {
     const Trials t = lens_trials(*camera, side_px, LensIs::known);
     EXPECT_EQ(t.failed, 0) << side_px;
     EXPECT_NEAR(t.nees, 1, 0.4) << side_px;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "calibrations.hpp"
 #include "fresh_noise.hpp"
 #include "tagcal/estimate/bundle/lack_of_fit.hpp"
 #include "tagcal/estimate/calibrate.hpp"
@@ -9,13 +10,6 @@
 namespace tagcal {
 using namespace internal;
 namespace {
-
-CalibrateOptions with_model(std::string model) {
-  CalibrateOptions options;
-  options.model = std::move(model);
-  options.sigma_px = 0.2;
-  return options;
-}
 
 WorldOptions flat_views(double max_tilt_deg) {
   WorldOptions options;
@@ -28,7 +22,7 @@ const Lens kLens = pinhole(900, 900, 639.5, 399.5);
 
 TEST(Advice, NearlyFrontalViewsNeedATilt) {
   const Dataset world = make_world(kLens, 3, flat_views(4));
-  const Calibration c = calibrate(world, with_model("f"));
+  const Calibration c = calibrate(world, with_model("f", 0.2));
   const auto view = advise(world, c);
   ASSERT_TRUE(view.has_value());
   EXPECT_GT(view->tilt_rad, 0.5);
@@ -39,16 +33,16 @@ TEST(Advice, NearlyFrontalViewsNeedATilt) {
 // A world whose origin is far from the board changes no distance to it.
 TEST(Advice, TheDistanceIsThatOfTheBoard) {
   Dataset world = make_world(kLens, 3, flat_views(4));
-  const auto here = advise(world, calibrate(world, with_model("f")));
+  const auto here = advise(world, calibrate(world, with_model("f", 0.2)));
   world.boards[0].world_from_board = Pose(Eigen::Quaterniond::Identity(), {10, 0, 0});
-  const auto there = advise(world, calibrate(world, with_model("f")));
+  const auto there = advise(world, calibrate(world, with_model("f", 0.2)));
   ASSERT_TRUE(here && there);
   EXPECT_NEAR(there->distance_m, here->distance_m, 1e-6 * here->distance_m);
 }
 
 TEST(Advice, TheExpectedDeviationIsTheOneAfterwards) {
   Dataset world = make_world(kLens, 3, flat_views(15));
-  const Calibration before = calibrate(world, with_model("f"));
+  const Calibration before = calibrate(world, with_model("f", 0.2));
   const auto view = advise(world, before);
   ASSERT_TRUE(view.has_value());
   EXPECT_NEAR(view->focal_sigma_now_px, before.sigmas[0], 1e-9 * before.sigmas[0]);
@@ -57,7 +51,7 @@ TEST(Advice, TheExpectedDeviationIsTheOneAfterwards) {
   world.views.push_back(observe({kLens, world.image_size}, view->camera_from_board,
                                 target_points(world.boards[0].board), options, random));
   world.views.back().image = "advised.png";
-  const Calibration after = calibrate(world, with_model("f"));
+  const Calibration after = calibrate(world, with_model("f", 0.2));
   // The expectation leaves out that the views share a board whose shape is not known.
   EXPECT_GT(after.sigmas[0] / view->focal_sigma_px, 0.9);
   EXPECT_LT(after.sigmas[0] / view->focal_sigma_px, 1.4);
@@ -67,7 +61,7 @@ TEST(Advice, TheExpectedDeviationIsTheOneAfterwards) {
 // Random views leave a larger standard deviation than the advised one.
 TEST(Advice, RandomViewsAreNoBetter) {
   const Dataset world = make_world(opencv5_lens(), 5, flat_views(30));
-  const Calibration c = calibrate(world, with_model("opencv5"));
+  const Calibration c = calibrate(world, with_model("opencv5", 0.2));
   const auto advised = advise(world, c);
   ASSERT_TRUE(advised.has_value());
   const auto after = [&](const Pose& pose) {
@@ -76,7 +70,7 @@ TEST(Advice, RandomViewsAreNoBetter) {
     more.views.push_back(observe({opencv5_lens(), world.image_size}, pose,
                                  target_points(world.boards[0].board), {}, random));
     more.views.back().image = "more.png";
-    return calibrate(more, with_model("opencv5")).sigmas[0];
+    return calibrate(more, with_model("opencv5", 0.2)).sigmas[0];
   };
   const double with_advised = after(advised->camera_from_board);
   EXPECT_LT(with_advised, c.sigmas[0]);
@@ -102,7 +96,7 @@ TEST(Advice, CovariancesOfCornersGiveTheSameAdvice) {
   Dataset world = make_world(kLens, 3, flat_views(15));
   CalibrateOptions unstated;
   unstated.model = "f";
-  const auto stated = advise(world, calibrate(world, with_model("f")));
+  const auto stated = advise(world, calibrate(world, with_model("f", 0.2)));
   for (View& view : world.views)
     for (Observation& o : view.observations) o.covariance_px2 = Matrix2(0.04 * Matrix2::Identity());
   const Calibration c = calibrate(world, unstated);
@@ -114,7 +108,7 @@ TEST(Advice, CovariancesOfCornersGiveTheSameAdvice) {
 
 TEST(WeakDirections, FocalLengthAndDistance) {
   // Few and nearly frontal views.
-  const Calibration c = calibrate(make_world(kLens, 3, flat_views(5)), with_model("f"));
+  const Calibration c = calibrate(make_world(kLens, 3, flat_views(5)), with_model("f", 0.2));
   ASSERT_EQ(c.weak_directions.size(), 1u);
   EXPECT_EQ(c.weak_directions[0].parameter, "f");
   EXPECT_NE(c.weak_directions[0].sentence.find("focal length from distance"), std::string::npos);

@@ -28,7 +28,7 @@ Dataset bent_world(const Lens& lens, std::uint64_t seed, const Eigen::Vector2d& 
   return seen_otherwise(world, options, bend, seed);
 }
 
-const Lens kLens = Perspective({900, 900, 651, 392, -0.1});
+const Lens kBentLens = Perspective({900, 900, 651, 392, -0.1});
 
 bool tells_of_bend(const Calibration& c) {
   return std::ranges::count(c.findings, "board_bent", &Finding::code) > 0;
@@ -43,7 +43,7 @@ TEST(BoardWarp, IsFoundWithItsDeviation) {
   double sum = 0;
   int right = 0;
   for (int seed = 1; seed <= 4; ++seed) {
-    const Calibration c = calibrate(bent_world(kLens, seed, bow_m, options), with_warp);
+    const Calibration c = calibrate(bent_world(kBentLens, seed, bow_m, options), with_warp);
     ASSERT_EQ(c.status, Status::ok);
     right += c.model == "radial1";
     ASSERT_TRUE(c.board_warp.has_value());
@@ -66,7 +66,7 @@ TEST(BoardWarp, IsSolvedTogetherWithLensAndPoses) {
   WorldOptions options;
   options.num_views = 8;
   options.sigma_px = 0;
-  const Dataset world = bent_world(kLens, 3, bow_m, options);
+  const Dataset world = bent_world(kBentLens, 3, bow_m, options);
   CalibrateOptions with_warp;
   with_warp.board_warp = true;
   for (const std::string model : {"radial1", "opencv5", "auto"}) {
@@ -85,7 +85,7 @@ TEST(BoardWarp, IsSolvedTogetherWithLensAndPoses) {
 TEST(BoardWarp, IsInTheAnswerWithoutItsOption) {
   WorldOptions options;
   options.num_views = 6;
-  const Dataset world = bent_world(kLens, 2, {5e-4, 0}, options);
+  const Dataset world = bent_world(kBentLens, 2, {5e-4, 0}, options);
   CalibrateOptions plain;
   plain.model = "radial1";
   CalibrateOptions asked = plain;
@@ -102,8 +102,9 @@ TEST(BoardWarp, IsToldOf) {
   CalibrateOptions plain;
   plain.model = "radial1";
   for (int seed = 1; seed <= 10; ++seed) {
-    EXPECT_TRUE(tells_of_bend(calibrate(bent_world(kLens, seed, {5e-4, 5e-4}, options), plain)));
-    EXPECT_FALSE(tells_of_bend(calibrate(bent_world(kLens, seed, {0, 0}, options), plain)));
+    EXPECT_TRUE(
+        tells_of_bend(calibrate(bent_world(kBentLens, seed, {5e-4, 5e-4}, options), plain)));
+    EXPECT_FALSE(tells_of_bend(calibrate(bent_world(kBentLens, seed, {0, 0}, options), plain)));
   }
 }
 
@@ -118,8 +119,8 @@ TEST(BoardWarp, TwistAndPrintAspectAreFound) {
       p.position.z() += twist_m * (p.position.x() / 0.33 - 1) * (p.position.y() / 0.33 - 1);
       p.position.y() *= 1 + aspect;
     };
-    const Calibration c = calibrate(
-        seen_otherwise(make_world(kLens, static_cast<int>(seed), options), options, twisted, seed));
+    const Calibration c = calibrate(seen_otherwise(
+        make_world(kBentLens, static_cast<int>(seed), options), options, twisted, seed));
     ASSERT_EQ(c.status, Status::ok);
     ASSERT_TRUE(c.board_warp.has_value());
     const BoardWarp& board = *c.board_warp;
@@ -151,7 +152,7 @@ TEST(BoardWarp, AFlatBoardOfGlassIsKnownBetter) {
     options.num_views = views;
     double log_ratio = 0, sum = 0;
     for (int seed = 1; seed <= 5; ++seed) {
-      const Dataset world = make_world(kLens, seed, options);
+      const Dataset world = make_world(kBentLens, seed, options);
       const Calibration paper = calibrate(world, radial);
       const Calibration glass = calibrate(made_of(world, kGlass), radial);
       ASSERT_TRUE(is_answer(paper.status) && is_answer(glass.status));
@@ -177,7 +178,7 @@ TEST(BoardWarp, ABentBoardContradictsGlass) {
   for (const int views : {3, 4, 6, 10, 20})
     for (int seed = 1; seed <= 4; ++seed) {
       options.num_views = views;
-      const Dataset world = bent_world(kLens, seed, {1e-3, 0}, options);
+      const Dataset world = bent_world(kBentLens, seed, {1e-3, 0}, options);
       const Calibration paper = calibrate(world), glass = calibrate(made_of(world, kGlass));
       EXPECT_TRUE(tells_of_bend(paper) && !says(paper, "flatness_exceeded"))
           << views << " " << seed;
@@ -203,7 +204,7 @@ TEST(BoardWarp, AMisprintContradictsPaper) {
   const double aspect = 0.02;
   for (int seed = 1; seed <= 4; ++seed) {
     const Dataset world = seen_otherwise(
-        make_world(kLens, seed, options), options,
+        make_world(kBentLens, seed, options), options,
         [&](TargetPoint& p) { p.position.y() *= 1 + aspect; }, seed);
     const Calibration c = calibrate(world);
     EXPECT_TRUE(says(c, "print_exceeded") && !says(c, "print_aspect")) << seed;
@@ -213,7 +214,7 @@ TEST(BoardWarp, AMisprintContradictsPaper) {
 }
 
 TEST(BoardWarp, ASubstrateHasARange) {
-  const Dataset world = make_world(kLens, 1);
+  const Dataset world = make_world(kBentLens, 1);
   for (const double share : {0.0, -0.001, 0.2, std::nan("")}) {
     EXPECT_THROW(calibrate(made_of(world, {share, Material::paper})), Error) << share;
     EXPECT_THROW(calibrate(made_of(world, {Material::paper, share})), Error) << share;
@@ -221,7 +222,7 @@ TEST(BoardWarp, ASubstrateHasARange) {
 }
 
 TEST(BoardWarp, NeedsOneFlatBoard) {
-  Dataset world = make_world(kLens, 1);
+  Dataset world = make_world(kBentLens, 1);
   CalibrateOptions options;
   options.board_warp = true;
   world.boards.push_back({make_board(AprilGrid{2, 2, 0.05, 0.3, 100}), Pose()});

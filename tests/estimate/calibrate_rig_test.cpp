@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "calibrations.hpp"
 #include "rig_worlds.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/calibrate.hpp"
@@ -15,10 +16,6 @@
 
 namespace tagcal {
 namespace {
-
-bool has(const RigCalibration& answer, std::string_view code) {
-  return std::ranges::any_of(answer.findings, [&](const Finding& f) { return f.code == code; });
-}
 
 RigOptions named(std::string model) {
   RigOptions options;

@@ -4,18 +4,12 @@
 
 #include <algorithm>
 
+#include "calibrations.hpp"
 #include "tagcal/error.hpp"
 #include "worlds.hpp"
 
 namespace tagcal {
 namespace {
-
-CalibrateOptions with_model(std::string model, double sigma_px = 0) {
-  CalibrateOptions options;
-  options.model = std::move(model);
-  options.sigma_px = sigma_px;
-  return options;
-}
 
 // So near that the board spans the angles at which a fisheye and a perspective differ.
 WorldOptions near() {

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "calibrations.hpp"
 #include "finding_cases.hpp"
 #include "rolling_worlds.hpp"
 #include "spoiled_worlds.hpp"
@@ -20,13 +21,7 @@
 namespace tagcal {
 namespace {
 
-CalibrateOptions with_model(const std::string& model) {
-  CalibrateOptions options;
-  options.model = model;
-  return options;
-}
-
-const Substrate kGlass = {Material::glass, Material::glass};
+const Substrate kGlassPlate = {Material::glass, Material::glass};
 const Lens kPlain = pinhole(900, 900, 639.5, 399.5);
 
 WorldOptions views(int count, double sigma_px = 0.2) {
@@ -235,7 +230,8 @@ std::vector<Case> cases_of_target_and_model() {
       {"tags_misplaced", calibrated(printed_with_moved_tag(), automatic)},
       {"tag_scale", calibrated(printed_with_larger_tags(), automatic)},
       {"board_bent", calibrated(bent(opencv5_lens(), 1e-3), automatic)},
-      {"flatness_exceeded", calibrated(made_of(bent(opencv5_lens(), 1e-3), kGlass), automatic)},
+      {"flatness_exceeded",
+       calibrated(made_of(bent(opencv5_lens(), 1e-3), kGlassPlate), automatic)},
       {"board_bend_impossible", calibrated(bent(opencv5_lens(), 20e-3), automatic)},
       {"residuals_biased", calibrated(waved(), automatic)},
       {"halves_disagree", calibrated(focused_anew(), keep_all)},

@@ -16,10 +16,10 @@
 namespace tagcal {
 namespace {
 
-constexpr ImageSize kSize{1280, 800};
+constexpr ImageSize kHistorySize{1280, 800};
 
 const std::vector<Eigen::Vector2d>& samples() {
-  static const std::vector<Eigen::Vector2d> pixels = ImageGrid{kSize, 33, 21}.pixels();
+  static const std::vector<Eigen::Vector2d> pixels = ImageGrid{kHistorySize, 33, 21}.pixels();
   return pixels;
 }
 
@@ -59,7 +59,8 @@ std::vector<UncertainCamera> calibrations_of(const HistoryWorld& world, Random& 
     error = eigen.eigenvectors() * error;
     for (std::size_t i = 0; i < values.size(); ++i)
       values[i] += error[static_cast<Eigen::Index>(i)];
-    all.push_back({&model, {*model.lens(values, kSize), kSize}, MatrixX(share * usual)});
+    all.push_back(
+        {&model, {*model.lens(values, kHistorySize), kHistorySize}, MatrixX(share * usual)});
   }
   return all;
 }

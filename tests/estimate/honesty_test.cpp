@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "calibrations.hpp"
 #include "tagcal/estimate/calibrate.hpp"
 #include "tagcal/estimate/calibration/calibration_input.hpp"
 #include "tagcal/estimate/calibration/calibration_seed.hpp"
@@ -9,13 +10,6 @@
 
 namespace tagcal {
 namespace {
-
-CalibrateOptions with_model(const std::string& model, double sigma_px = 0) {
-  CalibrateOptions options;
-  options.model = model;
-  options.sigma_px = sigma_px;
-  return options;
-}
 
 // Without distortion the rational lens' coefficients stand for each other, and no projection knows.
 TEST(Honesty, CoefficientsThatTradeAreNoReasonToRefuse) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <numbers>
 
+#include "calibrations.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/calibrate.hpp"
 #include "worlds.hpp"
@@ -13,10 +14,6 @@ namespace tagcal {
 namespace {
 
 using Eigen::Vector2d;
-
-bool has(const Calibration& c, const std::string& code) {
-  return std::ranges::count(c.findings, code, &Finding::code) > 0;
-}
 
 std::string codes(const Calibration& c) {
   std::string all;

@@ -15,9 +15,9 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-const ImageSize kSize{1280, 800};
+const ImageSize kFittedSize{1280, 800};
 
-LensFitSource source_of(const Lens& lens, const ImageSize& size = kSize) {
+LensFitSource source_of(const Lens& lens, const ImageSize& size = kFittedSize) {
   return {{lens, size}, {}, {}, {}};
 }
 
@@ -63,7 +63,7 @@ TEST(LensFit, NestedModelsAreExact) {
     EXPECT_EQ(fit.image.share_without, 0);
     for (std::size_t i = 0; i < parameters(lens).size(); ++i)
       EXPECT_NEAR(parameters(fit.camera.lens)[i], parameters(lens)[i], 1e-9) << name << " " << i;
-    EXPECT_EQ(fit.camera.image_size, kSize);
+    EXPECT_EQ(fit.camera.image_size, kFittedSize);
     EXPECT_EQ(fit.covariance.size(), 0);
     EXPECT_TRUE(fit.sigmas.empty());
   }
@@ -131,7 +131,7 @@ TEST(LensFit, RefusesALensThatTheModelDoesNotDescribe) {
 
   // In the middle of the image the same model is good enough, and the whole image tells.
   LensFitSource middle = source_of(Perspective({900, 900, 651, 392, -0.15, 0.05}));
-  middle.seen = disc(kSize, 150);
+  middle.seen = disc(kFittedSize, 150);
   const LensFit part = fit_lens(middle, Model::named("radial1"));
   EXPECT_FALSE(part.refusal) << part.refusal.value_or("");
   EXPECT_LT(part.seen.max_px, 0.1);
@@ -170,7 +170,7 @@ TEST(LensFit, BadInput) {
 // opencv4 with a covariance, seen in the middle of its image.
 LensFitSource uncertain_source() {
   LensFitSource source = source_of(Perspective({900, 898, 651, 392, -0.1, 0.03}));
-  source.seen = disc(kSize, 380);
+  source.seen = disc(kFittedSize, 380);
   source.free = free_parameters("opencv4", {});
   const VectorXd sd = (VectorXd(8) << 0.8, 0.8, 0.5, 0.5, 1e-3, 4e-3, 1e-4, 1e-4).finished();
   MatrixXd correlation = MatrixXd::Identity(8, 8);

@@ -35,7 +35,7 @@ WorldOptions few_views(int num_views = 8) {
   return options;
 }
 
-WorldOptions near() {
+WorldOptions near_fisheye() {
   WorldOptions options = few_views();
   options.min_distance_m = 0.35;
   options.max_distance_m = 0.8;
@@ -77,7 +77,7 @@ TEST(Selection, TheModelThatMadeTheData) {
   for (const auto& [model, lens] : truths()) {
     const bool wide = model == "opencv8" || model == "fisheye4";
     for (int seed = 1; seed <= 3; ++seed) {
-      const Calibration c = calibrate(make_world(lens, seed, wide ? near() : few_views()));
+      const Calibration c = calibrate(make_world(lens, seed, wide ? near_fisheye() : few_views()));
       EXPECT_EQ(c.status, Status::ok) << model;
       EXPECT_GT(c.seconds.start, 0);
       EXPECT_GE(c.steps.size(), 9u) << ladder_of(c);
@@ -210,7 +210,7 @@ TEST(Selection, ExactCornersWithATailArePinholes) {
 TEST(Selection, ManyViewsAreComparedOnAPartOfThemFirst) {
   for (const auto& [model, lens] : truths()) {
     if (model == "opencv8") continue;
-    WorldOptions options = model == "fisheye4" ? near() : few_views();
+    WorldOptions options = model == "fisheye4" ? near_fisheye() : few_views();
     options.num_views = 50;
     const Calibration c = calibrate(make_world(lens, 4, options));
     EXPECT_EQ(c.status, Status::ok) << model;

@@ -28,7 +28,7 @@ Dataset world_with_model_error(double error_px, std::uint64_t seed) {
   return world;
 }
 
-CalibrateOptions opencv5() {
+CalibrateOptions opencv5_options() {
   CalibrateOptions options;
   options.model = "opencv5";
   return options;
@@ -36,7 +36,7 @@ CalibrateOptions opencv5() {
 
 TEST(ModelError, IsWhatTheCornersOwnNoiseDoesNotExplain) {
   for (const double error_px : {0.02, 0.1, 1.0}) {
-    const Calibration c = calibrate(world_with_model_error(error_px, 1), opencv5());
+    const Calibration c = calibrate(world_with_model_error(error_px, 1), opencv5_options());
     EXPECT_EQ(c.status, Status::ok);
     EXPECT_TRUE(c.sigma_of_corners);
     EXPECT_NEAR(c.model_error_px, error_px, 0.06 * error_px);
@@ -49,9 +49,10 @@ TEST(ModelError, IsWhatTheCornersOwnNoiseDoesNotExplain) {
 
 TEST(ModelError, IsNoneWhereNoiseExplainsTheResiduals) {
   for (int seed = 1; seed <= 20; ++seed)
-    EXPECT_EQ(calibrate(world_with_model_error(0, static_cast<std::uint64_t>(seed)), opencv5())
-                  .model_error_px,
-              0)
+    EXPECT_EQ(
+        calibrate(world_with_model_error(0, static_cast<std::uint64_t>(seed)), opencv5_options())
+            .model_error_px,
+        0)
         << seed;
 }
 
@@ -60,8 +61,8 @@ TEST(ModelError, CountsInTheCovariance) {
   constexpr int kSeeds = 100;
   const Model& model = Model::named("opencv5");
   for (int seed = 1; seed <= kSeeds; ++seed) {
-    const Calibration c =
-        calibrate(world_with_model_error(0.05, static_cast<std::uint64_t>(seed)), opencv5());
+    const Calibration c = calibrate(world_with_model_error(0.05, static_cast<std::uint64_t>(seed)),
+                                    opencv5_options());
     ASSERT_EQ(c.status, Status::ok);
     squares += normalised_squared_error(model, c.camera->lens, opencv5_lens(), c.covariance);
   }
@@ -79,7 +80,7 @@ TEST(ModelError, CornersWithoutCovarianceAmongOthersCountLittle) {
       o.pixel += Vector2d(0.4, -0.3);  // they are off, and nothing says so
     }
   }
-  const Calibration c = calibrate(world, opencv5());
+  const Calibration c = calibrate(world, opencv5_options());
   ASSERT_EQ(c.status, Status::ok);
   EXPECT_TRUE(c.sigma_of_corners);
   ASSERT_FALSE(c.findings.empty());
@@ -90,7 +91,7 @@ TEST(ModelError, CornersWithoutCovarianceAmongOthersCountLittle) {
   for (View& view : world.views)
     for (std::size_t i = 0; i < view.observations.size(); ++i)
       if (i % 4 != 0) view.observations[i].covariance_px2.reset();
-  EXPECT_FALSE(calibrate(world, opencv5()).sigma_of_corners);  // too few have one
+  EXPECT_FALSE(calibrate(world, opencv5_options()).sigma_of_corners);  // too few have one
 }
 
 TEST(ExcessPx, IsTheMomentEstimate) {

@@ -15,11 +15,11 @@
 namespace tagcal {
 namespace {
 
-const Lens kLens = Perspective({900, 900, 651, 392, -0.1});
+const Lens kBarrel = Perspective({900, 900, 651, 392, -0.1});
 
 // Views of an upright board whose points are displaced by sigma_m along each axis.
 Dataset misprinted_world(std::uint64_t seed, double sigma_m, const WorldOptions& options) {
-  Dataset world = make_world(kLens, seed, options);
+  Dataset world = make_world(kBarrel, seed, options);
   std::erase_if(world.views, [&](const View& view) {
     const Eigen::Matrix3d r = world.truth->camera_from_world.at(view.image).rotation_matrix();
     return std::abs(std::atan2(r(1, 0), r(0, 0))) > 0.3;
@@ -44,7 +44,7 @@ double mean_nees(double sigma_m) {
   for (int seed = 1; seed <= kWorlds; ++seed) {
     const Calibration c = calibrate(misprinted_world(seed, sigma_m, options), named);
     EXPECT_EQ(c.status, Status::ok) << seed;
-    const auto values = parameters(c.camera->lens), truth = parameters(kLens);
+    const auto values = parameters(c.camera->lens), truth = parameters(kBarrel);
     const Eigen::Vector3d e(values[0] - truth[0], values[2] - truth[2], values[3] - truth[3]);
     const Eigen::Matrix3d covariance = c.covariance.topLeftCorner<3, 3>();  // of f, cx, cy
     nees += e.dot(covariance.ldlt().solve(e)) / 3 / kWorlds;

@@ -14,7 +14,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kFocal = 900;
-const ImageSize kSize{1280, 800};
+const ImageSize kPictureSize{1280, 800};
 
 // A target and its view: planes are tilted by 28 to 52 degrees, points in space turned at random.
 struct Setting {
@@ -76,8 +76,8 @@ TEST(PoseAndFocal, IsExactWithoutNoise) {
       const auto points = s.points(random);
       const Pose pose = s.pose(random);
       const auto e =
-          estimate_pose_and_focal(seen_by(centred_pinhole(kFocal), points, pose, 0, random), kSize,
-                                  {{.sigma_px = 1e-3}, 0, true});
+          estimate_pose_and_focal(seen_by(centred_pinhole(kFocal), points, pose, 0, random),
+                                  kPictureSize, {{.sigma_px = 1e-3}, 0, true});
       if (!is_answer(e.status)) continue;
       ++answered;
       EXPECT_LT(error_of(e, pose), 1e-7) << s.name << " " << i;
@@ -97,7 +97,7 @@ TEST(PoseAndFocal, FindsAnyFocalLengthWithoutAPrior) {
       const Vector3d t = pose.translation();
       pose = Pose(pose.rotation(), Vector3d(t.x(), t.y(), std::max(0.6, focal / kFocal * t.z())));
       const auto e = estimate_pose_and_focal(
-          seen_by(centred_pinhole(focal), s.points(random), pose, 0, random), kSize,
+          seen_by(centred_pinhole(focal), s.points(random), pose, 0, random), kPictureSize,
           {{.sigma_px = 1e-3}, 0, true});
       ASSERT_TRUE(is_answer(e.status)) << s.name << " " << focal;
       EXPECT_NEAR(e.focal_px / focal, 1, 1e-6) << s.name << " " << focal;
@@ -118,7 +118,7 @@ TEST(PoseAndFocal, CovarianceIsThatOfTheErrors) {
         const Pose pose = s.pose(random);
         const auto e =
             estimate_pose_and_focal(seen_by(centred_pinhole(kFocal), points, pose, sigma, random),
-                                    kSize, {{.sigma_px = sigma}, 0, true});
+                                    kPictureSize, {{.sigma_px = sigma}, 0, true});
         lost += e.status == Status::no_consensus || e.status == Status::not_converged;
         if (!is_answer(e.status) || e.sigma_focal_px > 0.03 * e.focal_px) continue;
         const double square = normalised_squared_error(e, pose);
@@ -141,7 +141,7 @@ double weak_rms_px(const WeakPerspectivePose& weak, const std::vector<Correspond
   double sum = 0;
   for (const Correspondence& c : seen)
     sum += (weak.scale_px_per_m * (weak.camera_from_target * c.point).head<2>() +
-            image_centre(kSize) - c.pixel)
+            image_centre(kPictureSize) - c.pixel)
                .squaredNorm();
   return std::sqrt(sum / static_cast<double>(seen.size()));
 }
@@ -158,7 +158,7 @@ TEST(PoseAndFocal, FrontalAndFarViewsDoNotShowIt) {
     for (int i = 0; i < 50; ++i) {
       const Pose pose = looking_at_board(Vector3d::Zero(), view.tilt, view.distance, random);
       const auto seen = seen_by(centred_pinhole(kFocal), view.points, pose, 0.5, random);
-      const auto e = estimate_pose_and_focal(seen, kSize, {{.sigma_px = 0.5}, 0, true});
+      const auto e = estimate_pose_and_focal(seen, kPictureSize, {{.sigma_px = 0.5}, 0, true});
       ASSERT_EQ(e.status, Status::focal_not_observable) << view.tilt << " " << view.distance;
       EXPECT_TRUE(e.hypotheses.empty());
       EXPECT_EQ(e.focal_px, 0);
@@ -179,8 +179,8 @@ TEST(PoseAndFocal, ThePriorGivesThePosesThatAnEstimateForItGives) {
     const Pose pose = looking_at_board(Vector3d::Zero(), 0.5, 2, random);
     const auto seen = seen_by(centred_pinhole(kFocal), tag_points(0.088), pose, 0.5, random);
     const PoseOptions options{.sigma_px = 0.5};
-    const auto e = estimate_pose_and_focal(seen, kSize, {options, kFocal, true});
-    const auto known = estimate_pose(seen, {centred_pinhole(kFocal), kSize}, options);
+    const auto e = estimate_pose_and_focal(seen, kPictureSize, {options, kFocal, true});
+    const auto known = estimate_pose(seen, {centred_pinhole(kFocal), kPictureSize}, options);
     ASSERT_EQ(e.status, Status::focal_not_observable);
     ASSERT_EQ(e.hypotheses.size(), known.hypotheses.size());
     ambiguous += e.hypotheses.size() == 2;
@@ -202,8 +202,8 @@ TEST(PoseAndFocal, APriorDoesNotMoveWhatIsSeen) {
   for (int i = 0; i < 50; ++i) {
     const Pose pose = kSettings[0].pose(random);
     const auto seen = seen_by(centred_pinhole(kFocal), board_points(), pose, 0.3, random);
-    const auto without = estimate_pose_and_focal(seen, kSize, {{.sigma_px = 0.3}, 0, true});
-    const auto with = estimate_pose_and_focal(seen, kSize, {{.sigma_px = 0.3}, 300, true});
+    const auto without = estimate_pose_and_focal(seen, kPictureSize, {{.sigma_px = 0.3}, 0, true});
+    const auto with = estimate_pose_and_focal(seen, kPictureSize, {{.sigma_px = 0.3}, 300, true});
     ASSERT_EQ(with.status, Status::ok);
     EXPECT_NEAR(with.focal_px, without.focal_px, 1e-3);
   }
@@ -220,7 +220,7 @@ TEST(PoseAndFocal, OutliersAreListed) {
       seen[k].pixel += Vector2d(random.uniform(30, 200), random.uniform(-200, 200));
       wrong.push_back(k);
     }
-    const auto e = estimate_pose_and_focal(seen, kSize, {{.sigma_px = 0.3}, 0, true});
+    const auto e = estimate_pose_and_focal(seen, kPictureSize, {{.sigma_px = 0.3}, 0, true});
     ASSERT_EQ(e.status, Status::ok) << i;
     EXPECT_EQ(e.outliers, wrong) << i;
     EXPECT_LT(normalised_squared_error(e, pose), 60) << i;
@@ -233,7 +233,7 @@ TEST(PoseAndFocal, RandomDataHaveNoConsensus) {
   for (const Vector3d& p : board_points())
     noise.push_back({p, {random.uniform(0, 1280), random.uniform(0, 800)}});
   noise.resize(40);
-  const auto e = estimate_pose_and_focal(noise, kSize, {{.sigma_px = 0.5}, 900, true});
+  const auto e = estimate_pose_and_focal(noise, kPictureSize, {{.sigma_px = 0.5}, 900, true});
   EXPECT_EQ(e.status, Status::no_consensus);
   EXPECT_TRUE(e.hypotheses.empty());
   EXPECT_EQ(e.focal_px, 0);
@@ -250,9 +250,9 @@ TEST(PoseAndFocal, CovariancesThatAreAllOneAreSigma) {
     const Pose pose(near.rotation(), random.uniform(1, 10) * near.translation());
     const auto seen = seen_by(centred_pinhole(kFocal), s.points(random), pose, sigma, random);
     const std::vector<Matrix2> covariances(seen.size(), sigma * sigma * Matrix2::Identity());
-    const auto a = estimate_pose_and_focal(seen, kSize, {{.sigma_px = sigma}, 900, true});
+    const auto a = estimate_pose_and_focal(seen, kPictureSize, {{.sigma_px = sigma}, 900, true});
     const auto b =
-        estimate_pose_and_focal(seen, kSize, {{.covariance_px2 = covariances}, 900, true});
+        estimate_pose_and_focal(seen, kPictureSize, {{.covariance_px2 = covariances}, 900, true});
     ASSERT_EQ(a.status, b.status) << s.name << " " << sigma;
     (is_answer(a.status) ? answers : refused) += 1;
     if (!is_answer(a.status)) continue;
@@ -278,7 +278,8 @@ TEST(PoseAndFocal, EachCornerCountsByItsCovariance) {
       covariances.push_back(root * root.transpose());
       c.pixel += root * Vector2d(random.normal(), random.normal());
     }
-    const auto e = estimate_pose_and_focal(seen, kSize, {{.covariance_px2 = covariances}, 0, true});
+    const auto e =
+        estimate_pose_and_focal(seen, kPictureSize, {{.covariance_px2 = covariances}, 0, true});
     ASSERT_EQ(e.status, Status::ok);
     sum += normalised_squared_error(e, pose);
   }
@@ -295,7 +296,7 @@ TEST(PoseAndFocal, TheCentreOfTheImageIsThePrincipalPoint) {
     const auto e = estimate_pose_and_focal(seen, other, {{.sigma_px = 0.01}, 0, true});
     ASSERT_EQ(e.status, Status::ok);
     EXPECT_LT(error_of(e, pose), 1e-7);
-    const auto off = estimate_pose_and_focal(seen, kSize, {{.sigma_px = 0.01}, 0, true});
+    const auto off = estimate_pose_and_focal(seen, kPictureSize, {{.sigma_px = 0.01}, 0, true});
     if (is_answer(off.status)) {
       EXPECT_GT(error_of(off, pose), 0.01);
     }
@@ -310,8 +311,8 @@ TEST(PoseAndFocal, AmbiguousViewsHoldTheTruth) {
     const auto points = points_in_box(4, 0.3, 0.3, random);
     const Pose pose = kSettings[0].pose(random);
     const auto e =
-        estimate_pose_and_focal(seen_by(centred_pinhole(kFocal), points, pose, 0.5, random), kSize,
-                                {{.sigma_px = 0.5}, 0, true});
+        estimate_pose_and_focal(seen_by(centred_pinhole(kFocal), points, pose, 0.5, random),
+                                kPictureSize, {{.sigma_px = 0.5}, 0, true});
     if (e.status != Status::ambiguous) continue;
     ++ambiguous;
     ASSERT_GE(e.hypotheses.size(), 2u);

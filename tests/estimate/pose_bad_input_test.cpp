@@ -69,7 +69,7 @@ TEST(PoseBadInput, NumbersThatAreNot) {
   for (int i = 0; i < kTrials / 4; ++i) {
     World w = draw_world(random);
     w.observe(0, random);
-    const double bad = std::array{kNaN, kInfinity, -kInfinity}[random.index(3)];
+    const double bad = std::array{kNan, kInfinity, -kInfinity}[random.index(3)];
     Correspondence& c = w.seen[random.index(w.seen.size())];
     const auto k = static_cast<Eigen::Index>(random.index(5));
     (k < 3 ? c.point[k] : c.pixel[k - 3]) = bad;

@@ -17,7 +17,7 @@ TEST(PoseBadOptions, NoiseThatIsNone) {
     World w = draw_world(random);
     w.observe(0.3, random);
     const double sigma =
-        std::array{-1.0, kNaN, -kInfinity, kInfinity, 1e300, 1e-300}[random.index(6)];
+        std::array{-1.0, kNan, -kInfinity, kInfinity, 1e300, 1e-300}[random.index(6)];
     EXPECT_EQ(with_camera(w, {.sigma_px = sigma}).status, Status::degenerate) << sigma;
     EXPECT_EQ(with_focal(w, {{.sigma_px = sigma}, 0}).status, Status::degenerate) << sigma;
   }
@@ -41,7 +41,7 @@ TEST(PoseBadOptions, PriorFocalLengthsThatAreNone) {
   w.points = tag_points(0.1);
   w.truth = looking_at_board(Vector3d::Zero(), 0, 1, random);
   w.observe(0.3, random);
-  for (const double prior : {kNaN, kInfinity, -kInfinity, -900.0}) {
+  for (const double prior : {kNan, kInfinity, -kInfinity, -900.0}) {
     const Answer answer = with_focal(w, {{}, prior});
     EXPECT_EQ(answer.status, Status::degenerate) << prior;
     EXPECT_TRUE(answer.hypotheses.empty());
@@ -61,7 +61,7 @@ TEST(PoseBadOptions, CovariancesThatAreNone) {
         bad.setZero();
         break;
       case 1:
-        bad(random.index(2) == 0 ? 0 : 3) = kNaN;
+        bad(random.index(2) == 0 ? 0 : 3) = kNan;
         break;
       case 2:
         bad *= -1;

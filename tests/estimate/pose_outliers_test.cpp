@@ -11,11 +11,11 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-const Camera kCamera{opencv5_lens(), {1280, 800}};
+const Camera kOutlierCamera{opencv5_lens(), {1280, 800}};
 
-std::vector<Correspondence> seen(const std::vector<Vector3d>& points, const Pose& pose,
-                                 double sigma_px, Random& random) {
-  return seen_by(kCamera.lens, points, pose, sigma_px, random);
+std::vector<Correspondence> observed(const std::vector<Vector3d>& points, const Pose& pose,
+                                     double sigma_px, Random& random) {
+  return seen_by(kOutlierCamera.lens, points, pose, sigma_px, random);
 }
 
 // Moves a share of the corners, single ones or whole tags, to random places; returns which.
@@ -44,9 +44,9 @@ TEST(EstimatePose, OutliersAreListedWhateverIsKnownOfTheNoise) {
                                          PoseOptions{.sigma_px = 0.3, .groups = ids},
                                          PoseOptions{.covariance_px2 = covariances}}) {
         const Pose pose = looking_at_board(Vector3d::Zero(), 0.5, 1.2, random);
-        auto corners = seen(board_points(), pose, 0.3, random);
+        auto corners = observed(board_points(), pose, 0.3, random);
         const auto spoilt = spoil(corners, share, whole_tags, random);
-        const PoseEstimate e = estimate_pose(corners, kCamera, options);
+        const PoseEstimate e = estimate_pose(corners, kOutlierCamera, options);
         ASSERT_EQ(e.status, Status::ok) << share << whole_tags;
         EXPECT_EQ(e.outliers, spoilt) << share << whole_tags;
         EXPECT_LT(normalised_squared_error(e.hypotheses.front(), pose), 40);
@@ -58,11 +58,11 @@ TEST(EstimatePose, AnOutlierOfTenSigmaIsOne) {
   Random random(43);
   for (int i = 0; i < 50; ++i) {
     const Pose pose = looking_at_board(Vector3d::Zero(), 0.5, 1.2, random);
-    auto corners = seen(board_points(), pose, 0.3, random);
+    auto corners = observed(board_points(), pose, 0.3, random);
     const std::size_t k = random.index(corners.size());
     corners[k].pixel += Vector2d(3, 3);
     for (const double sigma : {0.3, 0.0}) {
-      const PoseEstimate e = estimate_pose(corners, kCamera, {.sigma_px = sigma});
+      const PoseEstimate e = estimate_pose(corners, kOutlierCamera, {.sigma_px = sigma});
       ASSERT_EQ(e.status, Status::ok);
       EXPECT_EQ(e.outliers, std::vector<std::size_t>{k}) << sigma;
     }
@@ -75,11 +75,11 @@ TEST(EstimatePose, UnevenNoiseIsNoReasonForNoPose) {
   Random random(44);
   for (int i = 0; i < 100; ++i) {
     const Pose pose = looking_at_board(Vector3d::Zero(), 0.5, 1.2, random);
-    std::vector<Correspondence> corners = seen(board_points(), pose, 0.05, random);
+    std::vector<Correspondence> corners = observed(board_points(), pose, 0.05, random);
     corners.resize(52);
     for (std::size_t k = 0; k < 10; ++k)
       corners[k].pixel += 0.2 * Vector2d(random.normal(), random.normal());
-    const PoseEstimate e = estimate_pose(corners, kCamera);
+    const PoseEstimate e = estimate_pose(corners, kOutlierCamera);
     ASSERT_EQ(e.status, Status::ok) << i;
     for (const std::size_t k : e.outliers) EXPECT_LT(k, 10u) << i;
     EXPECT_LT(normalised_squared_error(e.hypotheses.front(), pose), 60) << i;
@@ -89,21 +89,21 @@ TEST(EstimatePose, UnevenNoiseIsNoReasonForNoPose) {
 TEST(EstimatePose, OutliersMayStay) {
   Random random(37);
   const Pose pose = looking_at_board(Vector3d::Zero(), 0.5, 1.2, random);
-  auto corners = seen(board_points(), pose, 0.3, random);
+  auto corners = observed(board_points(), pose, 0.3, random);
   corners[17].pixel.x() += 60;
   const PoseEstimate e =
-      estimate_pose(corners, kCamera, {.sigma_px = 0.3, .reject_outliers = false});
+      estimate_pose(corners, kOutlierCamera, {.sigma_px = 0.3, .reject_outliers = false});
   EXPECT_EQ(e.status, Status::no_consensus);
   EXPECT_TRUE(e.hypotheses.empty());
   corners[17].pixel.x() += 1e9;
-  EXPECT_EQ(estimate_pose(corners, kCamera).outliers, std::vector<std::size_t>{17});
+  EXPECT_EQ(estimate_pose(corners, kOutlierCamera).outliers, std::vector<std::size_t>{17});
 }
 
 TEST(EstimatePose, PixelsWithoutNoiseAreNoOutliers) {
   Random random(38);
   for (int i = 0; i < 200; ++i) {
     const Pose pose = looking_at_board(Vector3d::Zero(), i % 2 == 0 ? 0 : 0.5, 1.2, random);
-    const Camera camera{i % 4 < 2 ? centred_pinhole(900) : kCamera.lens, {1280, 800}};
+    const Camera camera{i % 4 < 2 ? centred_pinhole(900) : kOutlierCamera.lens, {1280, 800}};
     const PoseEstimate e =
         estimate_pose(seen_by(camera.lens, board_points(), pose, 0, random), camera);
     ASSERT_EQ(e.status, Status::ok) << i;
@@ -123,7 +123,7 @@ TEST(EstimatePose, RandomDataHaveNoConsensus) {
           if (noise.size() < n)
             noise.push_back({p, {random.uniform(0, 1280), random.uniform(0, 800)}});
         if (far > 0) noise[3].pixel.setConstant(far);
-        const PoseEstimate e = estimate_pose(noise, kCamera, {.sigma_px = sigma});
+        const PoseEstimate e = estimate_pose(noise, kOutlierCamera, {.sigma_px = sigma});
         EXPECT_FALSE(is_answer(e.status)) << n << " " << far << " " << sigma;
         EXPECT_EQ(e.status, Status::no_consensus) << n << " " << far << " " << sigma;
       }
@@ -132,11 +132,11 @@ TEST(EstimatePose, RandomDataHaveNoConsensus) {
 TEST(EstimatePose, EqualSeedsGiveEqualAnswers) {
   Random random(42);
   const Pose pose = looking_at_board(Vector3d::Zero(), 0.5, 1.2, random);
-  auto corners = seen(board_points(), pose, 0.3, random);
+  auto corners = observed(board_points(), pose, 0.3, random);
   spoil(corners, 0.6, false, random);
-  const PoseEstimate a = estimate_pose(corners, kCamera, {.seed = 7});
-  const PoseEstimate b = estimate_pose(corners, kCamera, {.seed = 7});
-  const PoseEstimate c = estimate_pose(corners, kCamera, {.seed = 8});
+  const PoseEstimate a = estimate_pose(corners, kOutlierCamera, {.seed = 7});
+  const PoseEstimate b = estimate_pose(corners, kOutlierCamera, {.seed = 7});
+  const PoseEstimate c = estimate_pose(corners, kOutlierCamera, {.seed = 8});
   ASSERT_EQ(a.status, Status::ok);
   EXPECT_EQ(a.camera_from_target().matrix(), b.camera_from_target().matrix());
   EXPECT_EQ(a.outliers, b.outliers);

@@ -19,8 +19,8 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 constexpr double kSigmaPx = 0.5, kVariance = kSigmaPx * kSigmaPx;
 
 // A view and its best pose, about the centre of the points.
-struct SolvedView {
-  SolvedView(const std::vector<Vector3d>& points, Random& random)
+struct ProfiledView {
+  ProfiledView(const std::vector<Vector3d>& points, Random& random)
       : task(draw_task(points, {}, random)),
         options{kSigmaPx},
         problem(task.correspondences, options),
@@ -44,7 +44,7 @@ struct SolvedView {
 };
 
 // Four random points in a square, as in a trial of map points.
-SolvedView quadrangle(std::uint64_t trial) {
+ProfiledView quadrangle(std::uint64_t trial) {
   Random random(1, (std::uint64_t{2} << 32) + trial);
   std::vector<Vector3d> points = space_points(4, 1, random);
   for (Vector3d& p : points) p = p.cwiseProduct(Vector3d(0.6, 0.6, 0));
@@ -53,7 +53,7 @@ SolvedView quadrangle(std::uint64_t trial) {
 
 // Share of the posterior that is further than 5 sigma from the best pose, by a random walk
 // (Metropolis et al. 1953).
-double share_outside(SolvedView& view, const Matrix6d& covariance) {
+double share_outside(ProfiledView& view, const Matrix6d& covariance) {
   constexpr int kSteps = 20000;
   Random random(7);
   const Matrix6d root = covariance.llt().matrixL();
@@ -78,7 +78,7 @@ double share_outside(SolvedView& view, const Matrix6d& covariance) {
 
 TEST(PoseProfile, TheEllipsoidHoldsTheLikelihood) {
   for (const std::uint64_t trial : {239u, 465u, 1058u}) {
-    SolvedView view = quadrangle(trial);
+    ProfiledView view = quadrangle(trial);
     EXPECT_GT(share_outside(view, view.linear), 0.02) << trial;
     EXPECT_LT(share_outside(view, view.widened()), 0.002) << trial;
   }
@@ -86,13 +86,13 @@ TEST(PoseProfile, TheEllipsoidHoldsTheLikelihood) {
 
 TEST(PoseProfile, DoesNotWidenAParabola) {
   Random random(3);
-  SolvedView view(space_points(30, 0.6, random), random);
+  ProfiledView view(space_points(30, 0.6, random), random);
   EXPECT_EQ(view.widened(), view.linear);
 }
 
 TEST(PoseProfile, NearbyMinimaAreOne) {
   Random random(3);
-  const SolvedView view(square_points(0.088), random);
+  const ProfiledView view(square_points(0.088), random);
   PoseMinimum<6> beside = view.fit.best();
   beside.state.translation.z() += 0.01 * std::sqrt(view.linear(5, 5));
   EXPECT_TRUE(is_same_minimum(view.fit.best(), beside, kSigmaPx));

@@ -16,7 +16,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kSigma = 0.3;
-const Lens kLens = centred_pinhole(900);
+const Lens kCentredLens = centred_pinhole(900);
 
 // A view with wrong corners.
 struct Spoilt {
@@ -43,7 +43,7 @@ Vector2d anywhere(Random& random) { return {random.uniform(0, 1280), random.unif
 Spoilt draw(const std::vector<Vector3d>& points, const Pose& pose, double share, Wrong wrong,
             Random& random) {
   Spoilt s{points, {}, {}, {}, pose, {}};
-  const auto seen = seen_by(kLens, points, pose, kSigma, random);
+  const auto seen = seen_by(kCentredLens, points, pose, kSigma, random);
   for (std::size_t k = 0; k < seen.size(); ++k) {
     s.pixels.push_back(seen[k].pixel);
     s.ids.push_back(static_cast<int>(k / 4));
@@ -97,7 +97,7 @@ void expect_found(const std::vector<Vector3d>& points, Wrong wrong, double share
   constexpr int kTrials = 20;
   for (int i = 0; i < kTrials; ++i) {
     const Spoilt s = draw(points, some_view(random), share, wrong, random);
-    right += is_right<N>(pose_ransac<N>(s.robust(kLens, with_ids)), s);
+    right += is_right<N>(pose_ransac<N>(s.robust(kCentredLens, with_ids)), s);
   }
   EXPECT_EQ(right, kTrials) << N << " " << static_cast<int>(wrong) << " " << share << " "
                             << with_ids;
@@ -151,7 +151,7 @@ TEST(PoseRansac, TheToleranceFollowsTheCovariances) {
   }
   s.pixels[10].x() += 6;  // 20 of its sigma
   s.pixels[11].x() += 6;
-  const auto consensus = pose_ransac<6>(s.robust(kLens));
+  const auto consensus = pose_ransac<6>(s.robust(kCentredLens));
   ASSERT_TRUE(consensus);
   const auto& in = consensus->inliers;
   EXPECT_FALSE(std::binary_search(in.begin(), in.end(), 10u));
@@ -164,8 +164,8 @@ void expect_repeatable() {
   Random random(5);
   for (int i = 0; i < 5; ++i) {
     const Spoilt s = draw(board_points(), some_view(random), 0.6, Wrong::corners, random);
-    const auto a = pose_ransac<N>(s.robust(kLens, true, 11));
-    const auto b = pose_ransac<N>(s.robust(kLens, true, 11));
+    const auto a = pose_ransac<N>(s.robust(kCentredLens, true, 11));
+    const auto b = pose_ransac<N>(s.robust(kCentredLens, true, 11));
     ASSERT_TRUE(a && b);
     EXPECT_EQ(a->model.rotation, b->model.rotation);
     EXPECT_EQ(a->model.translation, b->model.translation);
@@ -184,10 +184,11 @@ TEST(PoseRansac, SeedsChangeTheSamples) {
   Random random(6);
   const Spoilt s = draw(board_points(), some_view(random), 0.6, Wrong::corners, random);
   int different = 0;
-  const auto first = pose_ransac<6>(s.robust(kLens, false, 0));
+  const auto first = pose_ransac<6>(s.robust(kCentredLens, false, 0));
   for (std::uint64_t seed = 1; seed < 6; ++seed)
     different +=  // in the last bits
-        pose_ransac<6>(s.robust(kLens, false, seed))->model.rotation != first->model.rotation;
+        pose_ransac<6>(s.robust(kCentredLens, false, seed))->model.rotation !=
+        first->model.rotation;
   EXPECT_GT(different, 0);
 }
 
@@ -203,8 +204,8 @@ TEST(PoseRansac, WholeTagsAreSampled) {
     ASSERT_EQ(s.good.size(), 12u);
     for (std::size_t k = 0; k < s.pixels.size(); ++k)  // three equal errors agree as well
       if (!std::binary_search(s.good.begin(), s.good.end(), k)) s.pixels[k] = anywhere(random);
-    with_ids += is_right<7>(pose_ransac<7>(s.robust(kLens, true)), s);
-    without += is_right<7>(pose_ransac<7>(s.robust(kLens, false)), s);
+    with_ids += is_right<7>(pose_ransac<7>(s.robust(kCentredLens, true)), s);
+    without += is_right<7>(pose_ransac<7>(s.robust(kCentredLens, false)), s);
   }
   EXPECT_EQ(with_ids, 3);
   EXPECT_LT(without, 3);
@@ -213,9 +214,9 @@ TEST(PoseRansac, WholeTagsAreSampled) {
 TEST(PoseRansac, FewOutliersTakeFewSamples) {
   Random random(8);
   const Spoilt all = draw(board_points(), some_view(random), 0, Wrong::corners, random);
-  EXPECT_LT(pose_ransac<6>(all.robust(kLens))->num_samples, 20);
+  EXPECT_LT(pose_ransac<6>(all.robust(kCentredLens))->num_samples, 20);
   const Spoilt half = draw(board_points(), some_view(random), 0.5, Wrong::corners, random);
-  EXPECT_LT(pose_ransac<6>(half.robust(kLens))->num_samples, 400);
+  EXPECT_LT(pose_ransac<6>(half.robust(kCentredLens))->num_samples, 400);
 }
 
 template <int N>
@@ -231,7 +232,7 @@ void expect_none(std::size_t n, double far) {
       s.ids.push_back(static_cast<int>(k / 4));
     }
     if (far > 0) s.pixels[0].setConstant(far);
-    EXPECT_FALSE(pose_ransac<N>(s.robust(kLens, true))) << n << " " << far;
+    EXPECT_FALSE(pose_ransac<N>(s.robust(kCentredLens, true))) << n << " " << far;
   }
 }
 
@@ -263,19 +264,19 @@ TEST(PoseRansac, MirroredPointsHaveNoConsensus) {
       mirrored.push_back(points.back().cwiseProduct(Vector3d(1, 1, -1)));
     }
     std::vector<Vector2d> pixels;
-    for (const Correspondence& c : seen_by(kLens, mirrored, pose, 0.2, random))
+    for (const Correspondence& c : seen_by(kCentredLens, mirrored, pose, 0.2, random))
       pixels.push_back(c.pixel);
-    EXPECT_FALSE(pose_ransac<6>({kLens, {points, pixels}, {}, kSigma})) << i;
+    EXPECT_FALSE(pose_ransac<6>({kCentredLens, {points, pixels}, {}, kSigma})) << i;
   }
 }
 
 TEST(PoseRansac, NoPointsHaveNoConsensus) {
-  EXPECT_FALSE(pose_ransac<6>({kLens, {}, {}}));
-  EXPECT_FALSE(pose_ransac<7>({kLens, {}, {}}));
+  EXPECT_FALSE(pose_ransac<6>({kCentredLens, {}, {}}));
+  EXPECT_FALSE(pose_ransac<7>({kCentredLens, {}, {}}));
   const std::vector<Vector3d> points(20, Vector3d(0.1, 0, 0));
   const std::vector<Vector2d> pixels(20, Vector2d(500, 300));
-  EXPECT_FALSE(pose_ransac<6>({kLens, {points, pixels}, {}}));
-  EXPECT_FALSE(pose_ransac<7>({kLens, {points, pixels}, {}}));
+  EXPECT_FALSE(pose_ransac<6>({kCentredLens, {points, pixels}, {}}));
+  EXPECT_FALSE(pose_ransac<7>({kCentredLens, {points, pixels}, {}}));
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "calibrations.hpp"
 #include "tagcal/estimate/advice.hpp"
 #include "tagcal/estimate/calibrate.hpp"
 #include "tagcal/io/calibration_file.hpp"
@@ -42,12 +43,6 @@ const Calibration& calibrated(const std::string& set, const std::string& model) 
   return at->second;
 }
 
-CalibrateOptions with_model(std::string model) {
-  CalibrateOptions options;
-  options.model = std::move(model);
-  return options;
-}
-
 Camera answer(const std::string& set, const std::string& file) {
   return read_calibration(folder(set) / file).camera;
 }
@@ -63,7 +58,7 @@ double predicted_px(const Calibration& c) {
   return std::sqrt(2.0) * c.projection.front().region_px;
 }
 
-const std::vector<std::string>& sets() {
+const std::vector<std::string>& real_sets() {
   static const std::vector<std::string> names = {"bouguet_left", "bouguet_right", "opencv_left",
                                                  "euroc_cam0", "visp_circles"};
   return names;
@@ -77,7 +72,7 @@ double mrcal_sigma_px(const std::string& set) {
 }
 
 TEST(RealCorners, SameCornersGiveTheAnswerOfMrcal) {
-  for (const std::string& set : sets()) {
+  for (const std::string& set : real_sets()) {
     const Calibration& c = calibrated(set, "opencv5");
     ASSERT_EQ(c.status, Status::ok) << set;
     // mrcal's answers here are of flat boards, ours has the board's shape and row terms.
@@ -168,7 +163,7 @@ TEST(RealCorners, EurocsBoardIsBentAsMrcalFindsIt) {
 
 // A rational lens explains some of these corners a little better, and has a pole in the image.
 TEST(RealCorners, AutoTakesNoLensWithAPoleInTheImage) {
-  for (const std::string& set : sets()) {
+  for (const std::string& set : real_sets()) {
     const Calibration& c = calibrated(set, "auto");
     ASSERT_EQ(c.status, Status::ok) << set;
     EXPECT_FALSE(has_pole(*c.camera)) << set;
@@ -189,7 +184,7 @@ bool warns(const Calibration& c, const std::string& text) {
 
 // A lens without distortion is said to be too small, unless its focal length is refused.
 TEST(RealCorners, AModelThatIsTooSmallIsSaid) {
-  for (const std::string& set : sets()) {
+  for (const std::string& set : real_sets()) {
     for (const std::string model : {"f", "pinhole"}) {
       const Calibration& c = calibrated(set, model);
       EXPECT_TRUE(!is_answer(c.status) || warns(c, "the model underfits: opencv5")) << set;
@@ -200,7 +195,7 @@ TEST(RealCorners, AModelThatIsTooSmallIsSaid) {
 
 // Printed on paper: tenths of a millimetre, a tenth of a pixel.
 TEST(RealCorners, TheTargetsAreAsTheirFilesSay) {
-  for (const std::string& set : sets())
+  for (const std::string& set : real_sets())
     for (const std::string model : {"opencv5", "auto"})
       EXPECT_FALSE(warns(calibrated(set, model), "target is not as its file says")) << set << model;
   // The corners of Kalibr's detector make all tags of EuRoC's board look a little too small.
@@ -216,7 +211,7 @@ TEST(RealCorners, GapsAreOneWarning) {
 }
 
 TEST(RealCorners, TheAdvisedViewFillsTheGaps) {
-  for (const std::string& set : sets()) {
+  for (const std::string& set : real_sets()) {
     const Calibration& c = calibrated(set, "opencv5");
     const auto view = advise(read_dataset(folder(set)).dataset, c);
     ASSERT_TRUE(view.has_value()) << set;
@@ -242,7 +237,7 @@ TEST(RealCorners, TheShapeBringsTheAnswerNearer) {
 
 // The bend belongs to the model that was chosen, not to the largest one that was tried on the way.
 TEST(RealCorners, AutoBendsTheBoardAsTheModelThatItChooses) {
-  for (const std::string& set : sets()) {
+  for (const std::string& set : real_sets()) {
     const Calibration& chosen = calibrated(set, "auto");
     const Calibration& asked = calibrated(set, chosen.model);
     ASSERT_TRUE(chosen.board_warp && asked.board_warp) << set;
@@ -277,7 +272,7 @@ TEST(RealCorners, AnswersOfOthersCompareInBothOrders) {
 // Whatever model is chosen: at the board's distance it projects as mrcal's answer does, and a real
 // lens gets its distortion.
 TEST(RealCorners, AutoChoosesALensThatProjectsAlike) {
-  for (const std::string& set : sets()) {
+  for (const std::string& set : real_sets()) {
     const Calibration& c = calibrated(set, "auto");
     ASSERT_EQ(c.status, Status::ok) << set;
     const double distance_m = c.projection.back().distance_m;

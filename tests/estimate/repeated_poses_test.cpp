@@ -16,7 +16,7 @@ namespace {
 
 using internal::Bundle;
 
-const Lens kLens = Perspective({900, 900, 639.5, 399.5, -0.1});
+const Lens kHeldLens = Perspective({900, 900, 639.5, 399.5, -0.1});
 const WorldOptions kEight = {.num_views = 8};
 
 // The views of a world, each one several times, from cameras that move by `move_m` between them.
@@ -25,7 +25,7 @@ Dataset repeated(std::uint64_t seed, const WorldOptions& options, int times, dou
                  double common) {
   WorldOptions exact = options;
   exact.sigma_px = 0;
-  Dataset world = make_world(kLens, seed, exact);
+  Dataset world = make_world(kHeldLens, seed, exact);
   const auto points = target_points(world.boards[0].board);
   Random random(seed + 1000);
   const std::map<std::string, Pose> poses = std::exchange(world.truth->camera_from_world, {});
@@ -36,7 +36,7 @@ Dataset repeated(std::uint64_t seed, const WorldOptions& options, int times, dou
     for (int i = 0; i < times; ++i) {
       const Eigen::Vector3d move(random.normal(), random.normal(), random.normal());
       const Pose moved = translation(move_m * move) * pose;
-      View view = observe({kLens, world.image_size}, moved, points, exact, random);
+      View view = observe({kHeldLens, world.image_size}, moved, points, exact, random);
       for (Observation& o : view.observations)
         o.pixel += options.sigma_px *
                    (std::sqrt(common) * shared[o.id] +
@@ -53,7 +53,7 @@ Bundle bundle_at_truth(const Dataset& world) {
   Bundle bundle;
   bundle.model = &Model::named("radial1");
   bundle.image_size = world.image_size;
-  bundle.free_values = bundle.model->free_values(kLens);
+  bundle.free_values = bundle.model->free_values(kHeldLens);
   for (const View& view : world.views) {
     internal::ViewProblem problem;
     problem.correspondences.own() = view_correspondences(view, world.boards).correspondences;

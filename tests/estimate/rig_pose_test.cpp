@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 
+#include "calibrations.hpp"
 #include "rig_worlds.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/pose.hpp"
@@ -45,10 +46,6 @@ struct SeenRig {
     return {};
   }
 };
-
-bool has(const PoseEstimate& pose, std::string_view code) {
-  return std::ranges::find(pose.findings, code, &Finding::code) != pose.findings.end();
-}
 
 RigWorldOptions options_of(int num_cameras, double sigma_px) {
   RigWorldOptions options;

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "calibrations.hpp"
 #include "spoiled_worlds.hpp"
 #include "tagcal/estimate/calibrate.hpp"
 
@@ -9,12 +10,6 @@ namespace tagcal {
 namespace {
 
 SpoiledWorld usual_world(int seed) { return untouched(make_world(opencv5_lens(), seed)); }
-
-CalibrateOptions with_model(std::string model) {
-  CalibrateOptions options;
-  options.model = std::move(model);
-  return options;
-}
 
 std::set<CornerName> listed(const Calibration& c) {
   std::set<CornerName> names;
@@ -28,7 +23,7 @@ std::size_t num_corners(const Dataset& dataset) {
   return count;
 }
 
-void expect_truth(const Calibration& c) {
+void expect_true_lens(const Calibration& c) {
   ASSERT_EQ(c.status, Status::ok);
   ASSERT_EQ(c.model, c.steps.empty() ? "opencv5" : "opencv4");  // asked for; the smallest
   const Lens truth = opencv5_lens();
@@ -41,7 +36,7 @@ void expect_truth(const Calibration& c) {
 // The truth, every wrong corner in the list, and few others.
 void expect_answer(const SpoiledWorld& world, const std::string& model) {
   const Calibration c = calibrate(world.dataset, with_model(model));
-  expect_truth(c);
+  expect_true_lens(c);
   const std::set<CornerName> out = listed(c);
   EXPECT_EQ(out.size(), c.outliers.size()) << "a corner is listed twice";
   std::size_t kept = 0, lost = 0;
@@ -143,7 +138,7 @@ TEST(RobustCalibration, ABoardThatMovedBetweenViews) {
                                            Pose(Eigen::Quaterniond::Identity(), {by_m, 0, 0}));
     for (const char* model : {"opencv5", "auto"}) {
       const Calibration c = calibrate(world.dataset, with_model(model));
-      expect_truth(c);
+      expect_true_lens(c);
       std::map<std::string, std::set<bool>> boards_out;
       for (const Outlier& o : c.outliers) boards_out[o.image].insert(o.id.tag_id >= 16);
       EXPECT_EQ(boards_out.size(), 5u);

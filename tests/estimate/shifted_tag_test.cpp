@@ -14,8 +14,8 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kSigma = 0.5;
-const Lens kLens = centred_pinhole(900);
+constexpr double kShiftedSigma = 0.5;
+const Lens kTagLens = centred_pinhole(900);
 
 struct TagsInView {
   std::vector<Correspondence> seen;
@@ -30,7 +30,7 @@ TagsInView some_tags(std::size_t count, double sigma, Random& random) {
       looking_at_board({0, 0, 0}, random.uniform(0.2, 0.8), random.uniform(0.8, 1.2), random);
   auto points = board_points();
   points.resize(4 * count);
-  view.seen = seen_by(kLens, points, view.pose, sigma, random);
+  view.seen = seen_by(kTagLens, points, view.pose, sigma, random);
   for (std::size_t i = 0; i < points.size(); ++i) view.groups.push_back(static_cast<int>(i / 4));
   return view;
 }
@@ -43,14 +43,14 @@ void shift(TagsInView& view, int tag, const Vector2d& by_px) {
 std::optional<int> shifted_in(const TagsInView& view) {
   const PoseOptions options;
   const PoseProblem problem(view.seen, options);
-  const auto fit = pose_minima<6>(problem, kLens, options);
-  return fit ? shifted_tag<6>(problem, view.groups, kLens, fit->best().state) : std::nullopt;
+  const auto fit = pose_minima<6>(problem, kTagLens, options);
+  return fit ? shifted_tag<6>(problem, view.groups, kTagLens, fit->best().state) : std::nullopt;
 }
 
 // Fuzzing found a search whose last round left no inlier, which then used all points.
 TEST(PoseProblem, OfNoChosenPointHasNone) {
   Random random(1);
-  const TagsInView view = some_tags(3, kSigma, random);
+  const TagsInView view = some_tags(3, kShiftedSigma, random);
   const PoseOptions options;
   const std::vector<std::size_t> none, two = {1, 4};
   EXPECT_EQ(PoseProblem(view.seen, options).size(), view.seen.size());
@@ -65,7 +65,7 @@ TEST(ShiftedTag, NoneInPureNoise) {
   int shifted = 0;
   constexpr int kTrials = 2000;
   for (int i = 0; i < kTrials; ++i)
-    shifted += shifted_in(some_tags(3 + random.index(10), kSigma, random)).has_value();
+    shifted += shifted_in(some_tags(3 + random.index(10), kShiftedSigma, random)).has_value();
   EXPECT_LE(shifted, 12);  // of about 15,000 tags 4 are expected
 }
 
@@ -74,10 +74,10 @@ TEST(ShiftedTag, FindsATagThatIsSomePixelsOff) {
   int found = 0;
   constexpr int kTrials = 500;
   for (int i = 0; i < kTrials; ++i) {
-    TagsInView view = some_tags(6, kSigma, random);
+    TagsInView view = some_tags(6, kShiftedSigma, random);
     const int tag = static_cast<int>(random.index(6));
     const double angle = random.uniform(0, 6.28);
-    shift(view, tag, 8 * kSigma * Vector2d(std::cos(angle), std::sin(angle)));
+    shift(view, tag, 8 * kShiftedSigma * Vector2d(std::cos(angle), std::sin(angle)));
     found += shifted_in(view) == tag;
   }
   EXPECT_GE(found, kTrials * 97 / 100);
@@ -85,7 +85,7 @@ TEST(ShiftedTag, FindsATagThatIsSomePixelsOff) {
 
 TEST(ShiftedTag, NoneOfTwoTagsNorInExactData) {
   Random random(3);
-  TagsInView two = some_tags(2, kSigma, random);
+  TagsInView two = some_tags(2, kShiftedSigma, random);
   shift(two, 1, {3, 0});
   EXPECT_FALSE(shifted_in(two));
   EXPECT_FALSE(shifted_in(some_tags(6, 0, random)));
@@ -98,7 +98,7 @@ TEST(ShiftedTag, DoesNotPullThePose) {
   int pulled = 0, answers = 0;
   constexpr int kTrials = 200;
   for (int i = 0; i < kTrials; ++i) {
-    TagsInView view = some_tags(36, kSigma, random);
+    TagsInView view = some_tags(36, kShiftedSigma, random);
     for (int tag = 0; tag < 36; ++tag)
       if (tag % 5 != 0)
         for (std::size_t k = 0; k < 4; ++k)
@@ -107,7 +107,7 @@ TEST(ShiftedTag, DoesNotPullThePose) {
     shift(view, 35, {0, 3});
     PoseOptions options;
     options.groups = view.groups;
-    const PoseEstimate estimate = estimate_pose(view.seen, Camera{kLens, {1280, 800}}, options);
+    const PoseEstimate estimate = estimate_pose(view.seen, Camera{kTagLens, {1280, 800}}, options);
     if (!is_answer(estimate.status)) continue;
     ++answers;
     pulled += normalised_squared_error(estimate.hypotheses.front(), view.pose) > 40;
@@ -128,7 +128,7 @@ TEST(ShiftedTag, AWrongLensRejectsFewTags) {
     shift(view, 7, {300, 40});
     PoseOptions options;
     options.groups = view.groups;
-    const PoseEstimate estimate = estimate_pose(view.seen, Camera{kLens, {1280, 800}}, options);
+    const PoseEstimate estimate = estimate_pose(view.seen, Camera{kTagLens, {1280, 800}}, options);
     ASSERT_TRUE(is_answer(estimate.status)) << i;
     EXPECT_LE(estimate.outliers.size(), 28u) << i;
     EXPECT_FALSE(estimate.findings.empty()) << i;

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <string>
 
+#include "calibrations.hpp"
 #include "rolling_worlds.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/calibrate.hpp"
@@ -31,10 +32,6 @@ Dataset shaken_world(std::uint64_t seed, ReadDirection direction = ReadDirection
   Random random(seed, 7);
   return rolling_world(still, random_velocities(still.views.size(), 0.3, 0.3, random), 0.02,
                        direction);
-}
-
-bool has(const Calibration& c, const std::string& code) {
-  return std::ranges::count(c.findings, code, &Finding::code) > 0;
 }
 
 double focal_error_px(const Calibration& c) {

@@ -12,7 +12,7 @@
 namespace tagcal {
 namespace {
 
-WorldOptions few_views() {
+WorldOptions six_views() {
   WorldOptions options;
   options.num_views = 6;
   options.min_distance_m = 0.9;
@@ -45,7 +45,7 @@ TEST(SupportedModels, CountInWhatIsClaimed) {
   double squares = 0;
   for (const double k1 : {-0.001, -0.002, -0.004, -0.008}) {
     for (int seed = 1; seed <= 15; ++seed) {
-      const Dataset world = make_world(Perspective({900, 900, 651, 392, k1}), seed, few_views());
+      const Dataset world = make_world(Perspective({900, 900, 651, 392, k1}), seed, six_views());
       const Calibration c = calibrate(world);
       ASSERT_EQ(c.status, Status::ok) << k1 << " " << seed;
       ++answers;
@@ -64,7 +64,7 @@ TEST(SupportedModels, CountInWhatIsClaimed) {
 
 TEST(SupportedModels, WeightsAddUpToOne) {
   const Calibration c =
-      calibrate(make_world(Perspective({900, 900, 651, 392, -0.002}), 3, few_views()));
+      calibrate(make_world(Perspective({900, 900, 651, 392, -0.002}), 3, six_views()));
   double sum = 0;
   for (const ModelStep& step : c.steps) {
     EXPECT_GE(step.weight, 0) << step.model;
@@ -78,7 +78,7 @@ TEST(SupportedModels, WeightsAddUpToOne) {
 TEST(SupportedModels, RoundingOfTheCornersChangesNoClaim) {
   int rational = 0;
   for (int seed = 1; seed <= 10; ++seed) {
-    const Dataset world = make_world(opencv5_lens(), seed, few_views());
+    const Dataset world = make_world(opencv5_lens(), seed, six_views());
     Dataset rounded = world;
     for (View& view : rounded.views)
       for (Observation& o : view.observations) o.pixel *= 1 + 1e-13;

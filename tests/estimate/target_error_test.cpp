@@ -1,6 +1,7 @@
 // Targets that are wrong in every view, and right ones.
 
 #include "tagcal/estimate/checks/target_error.hpp"
+#include "calibrations.hpp"
 
 #include <gtest/gtest.h>
 
@@ -17,12 +18,6 @@ std::string said(const Calibration& c) {
   for (const std::string& warning : sentences(c.findings))
     if (warning.find(kSaid) != std::string::npos) return warning;
   return "";
-}
-
-CalibrateOptions with_model(const std::string& model) {
-  CalibrateOptions options;
-  options.model = model;
-  return options;
 }
 
 Dataset with_moved_tag(std::uint64_t seed, int tag_id, double by_m) {

@@ -9,7 +9,7 @@
 namespace tagcal {
 namespace {
 
-constexpr double kFocal = 1'500'000;  // so far away that nothing is left of perspective
+constexpr double kFarFocal = 1'500'000;  // so far away that nothing is left of perspective
 
 WorldOptions far_away() {
   WorldOptions options;
@@ -29,7 +29,7 @@ CalibrateOptions weak(double sigma_px = 0) {
 }
 
 SpoiledWorld far_world(int seed) {
-  return untouched(make_world(centred_pinhole(kFocal), seed, far_away()));
+  return untouched(make_world(centred_pinhole(kFarFocal), seed, far_away()));
 }
 
 // The rotation that is nearer to the truth, of the two that a plane has.
@@ -50,7 +50,7 @@ void expect_poses(const Calibration& c, const Truth& truth, double bound) {
     EXPECT_LT(rotation_error(view, exact, nearer), bound * sd) << view.image;
     ASSERT_TRUE(view.scale_px_per_m.has_value());
     // The board's middle: where s is f / Z.
-    const double scale = kFocal / (exact * Eigen::Vector3d(0.33, 0.33, 0)).z();
+    const double scale = kFarFocal / (exact * Eigen::Vector3d(0.33, 0.33, 0)).z();
     EXPECT_NEAR(*view.scale_px_per_m, scale, bound * view.scale_sigma_px_per_m + 1e-3 * scale);
     EXPECT_TRUE(std::isnan(view.covariance(5, 5)));
   }
@@ -86,7 +86,7 @@ TEST(WeakCalibration, StandardDeviationsAreThoseOfTheErrors) {
       const Eigen::Vector3d error = minus(nearer, exact).head<3>();
       sum += error.dot(Eigen::Matrix3d(view.covariance.topLeftCorner<3, 3>()).ldlt().solve(error));
       // The scale of the corners' centroid and of the board's middle differ by far less.
-      const double scale = kFocal / (exact * Eigen::Vector3d(0.33, 0.33, 0)).z();
+      const double scale = kFarFocal / (exact * Eigen::Vector3d(0.33, 0.33, 0)).z();
       scale_sum += std::pow((*view.scale_px_per_m - scale) / view.scale_sigma_px_per_m, 2);
       ++count;
     }
@@ -119,7 +119,7 @@ TEST(WeakCalibration, NoiseHasNoConsensus) {
   WorldOptions noise = far_away();
   noise.outlier_share = 1;
   for (int seed = 1; seed <= 3; ++seed) {
-    const Dataset world = make_world(centred_pinhole(kFocal), seed, noise);
+    const Dataset world = make_world(centred_pinhole(kFarFocal), seed, noise);
     EXPECT_FALSE(is_answer(calibrate(world, weak()).status));
   }
 }

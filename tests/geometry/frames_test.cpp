@@ -2,24 +2,15 @@
 
 #include <gtest/gtest.h>
 
-#include <limits>
-#include <numbers>
-
 #include "expect.hpp"
+#include "poses.hpp"
 #include "tagcal/geometry/viewpoint.hpp"
-#include "tagcal/random.hpp"
 
 namespace tagcal {
 namespace {
 
 using Eigen::Matrix4d;
 using Eigen::Vector3d;
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-
-Pose random_pose(Random& random) {
-  const Vector3d turn(random.normal(), random.normal(), random.normal());
-  return {exp_rotation(turn), Vector3d(random.normal(), random.normal(), random.normal())};
-}
 
 // Frames parallel to W: C1 with its origin at (4, 2) in W, C2 at (0, 2) in C1.
 TEST(Frames, TheChainOfTwoParallelFramesBothWays) {
@@ -64,7 +55,6 @@ TEST(Frames, TwoCupsOnATableFarAwayKnowEachOtherExactly) {
 }
 
 TEST(Frames, AWheelTurnsAndWhatIsOnItsSpokeGoesRound) {
-  constexpr double kPi = std::numbers::pi;
   Frames<Pose> frames("road", {{"wheel", "road", translation({0, 0, 1})},
                                {"bead", "wheel", translation({0.5, 0, 0})}});
   frames.move("wheel", translation({0, 0, 1}) * rotation_about_y(kPi / 2));

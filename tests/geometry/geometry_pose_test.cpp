@@ -1,10 +1,9 @@
 #include <gtest/gtest.h>
 
-#include <numbers>
 #include <opencv2/calib3d.hpp>
 
+#include "poses.hpp"
 #include "tagcal/geometry/pose.hpp"
-#include "tagcal/random.hpp"
 
 namespace tagcal {
 namespace {
@@ -12,9 +11,8 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
-constexpr double kPi = std::numbers::pi;
 
-Vector3d random_vector(Random& random, double length) {
+Vector3d vector_of_length(Random& random, double length) {
   const Vector3d v(random.normal(), random.normal(), random.normal());
   return length * v.normalized();
 }
@@ -26,7 +24,7 @@ TEST(Rotation, LogarithmInvertsExponentialFromZeroToPi) {
   Random random(1);
   for (const double angle : kAngles) {
     for (int i = 0; i < 20; ++i) {
-      const Vector3d v = random_vector(random, angle);
+      const Vector3d v = vector_of_length(random, angle);
       const Vector3d back = log_rotation(exp_rotation(v));
       // At pi both signs are right.
       const double error = std::min((back - v).norm(), angle > 3.14159 ? (back + v).norm() : 1e9);
@@ -38,7 +36,7 @@ TEST(Rotation, LogarithmInvertsExponentialFromZeroToPi) {
 TEST(Rotation, ExponentialAgreesWithOpenCV) {
   Random random(2);
   for (const double angle : {1e-4, 0.01, 0.5, 1.5, 3.0, 3.14}) {
-    const Vector3d v = random_vector(random, angle);
+    const Vector3d v = vector_of_length(random, angle);
     cv::Matx33d theirs;
     cv::Rodrigues(cv::Vec3d(v.x(), v.y(), v.z()), theirs);
     const Matrix3d ours = exp_rotation(v).toRotationMatrix();
@@ -66,7 +64,7 @@ TEST(Pose, LogarithmInvertsExponential) {
   for (const double angle : kAngles) {
     if (angle > 3.1415) continue;  // the sign of the axis is free at pi
     Vector6d twist;
-    twist << random_vector(random, angle), random_vector(random, 2.0);
+    twist << vector_of_length(random, angle), vector_of_length(random, 2.0);
     EXPECT_LT((log_pose(exp_pose(twist)) - twist).norm(), 1e-11) << "angle " << angle;
   }
 }
@@ -91,7 +89,7 @@ TEST(Pose, ExponentialIsTheLimitOfSmallSteps) {
 TEST(Rotation, LeftJacobianAgreesWithDifferences) {
   Random random(4);
   for (const double angle : {0.0, 1e-9, 1e-4, 0.05, 0.11, 1.0, 3.1}) {
-    const Vector3d v = random_vector(random, angle);
+    const Vector3d v = vector_of_length(random, angle);
     const Matrix3d j = left_jacobian(v);
     for (int k = 0; k < 3; ++k) {
       const double h = 1e-6;

@@ -3,12 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
-#include <limits>
-#include <numbers>
 #include <opencv2/calib3d.hpp>
 
+#include "poses.hpp"
 #include "tagcal/error.hpp"
-#include "tagcal/random.hpp"
 
 namespace tagcal {
 namespace {
@@ -18,25 +16,13 @@ using Eigen::Matrix4d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::Vector4d;
-constexpr double kPi = std::numbers::pi;
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-Vector3d random_vector(Random& random) {
-  return Vector3d::NullaryExpr([&] { return random.normal(); });
-}
-
-Pose random_pose(Random& random) {
-  const Vector3d axis = random_vector(random);
-  return translation(random_vector(random)) * rotation_about_axis(axis, random.uniform(-kPi, kPi));
-}
 
 Affine random_affine(Random& random) {
   const Vector3d factors(random.uniform(0.3, 2), random.uniform(-2, -0.3), random.uniform(0.3, 2));
   return random_pose(random) * scaling(factors) * shearing(Axis::x, Axis::z, random.normal());
 }
 
-void expect_same(const Matrix4d& a, const Matrix4d& b, double tolerance) {
+void expect_same_matrix(const Matrix4d& a, const Matrix4d& b, double tolerance) {
   EXPECT_LE((a - b).cwiseAbs().maxCoeff(), tolerance) << a << "\nagainst\n" << b;
 }
 
@@ -63,7 +49,8 @@ TEST(Rotation, AboutTheThreeAxesTurnsRightHanded) {
 }
 
 TEST(Rotation, AboutATinyAxis) {
-  expect_same(rotation_about_axis({1e-200, 0, 0}, 0.3).matrix(), rotation_about_x(0.3).matrix(), 0);
+  expect_same_matrix(rotation_about_axis({1e-200, 0, 0}, 0.3).matrix(),
+                     rotation_about_x(0.3).matrix(), 0);
 }
 
 TEST(Rotation, AboutALineHoldsItsPointsAndMovesOthersAroundThem) {
@@ -80,15 +67,15 @@ TEST(Rotation, RotationsDoNotCommuteAndTranslationsDo) {
   EXPECT_LT((y90 * x90 * Vector3d::UnitZ() - Vector3d(0, -1, 0)).norm(), 1e-15);
   EXPECT_LT((x90 * y90 * Vector3d::UnitZ() - Vector3d(1, 0, 0)).norm(), 1e-15);
   const Pose a = translation({1, 2, 3}), b = translation({-4, 0.5, 9});
-  expect_same((a * b).matrix(), (b * a).matrix(), 0);
+  expect_same_matrix((a * b).matrix(), (b * a).matrix(), 0);
 }
 
 // The worked numbers of "rotation about [1, 1, 1]".
 TEST(Alignment, OfTheDiagonalWithXByTwoTurnsHasTheKnownRows) {
   const Pose turns = aligning_with_x({1, 1, 1});
-  expect_same(turns.matrix(),
-              (rotation_about_z(-std::atan(std::sqrt(2.0))) * rotation_about_x(-kPi / 4)).matrix(),
-              1e-15);
+  expect_same_matrix(
+      turns.matrix(),
+      (rotation_about_z(-std::atan(std::sqrt(2.0))) * rotation_about_x(-kPi / 4)).matrix(), 1e-15);
   Matrix3d rows;
   rows.row(0) = Vector3d(1, 1, 1) / std::sqrt(3.0);
   rows.row(1) = std::sqrt(2.0 / 3) * Vector3d(-1, 0.5, 0.5);
@@ -104,11 +91,11 @@ TEST(Alignment, OfTheDiagonalWithXByRowsHasTheKnownRows) {
   rows.row(1) = Vector3d(0, 1, -1) / std::sqrt(2.0);
   rows.row(2) = Vector3d(-2, 1, 1) / std::sqrt(6.0);
   EXPECT_LT((by_rows.rotation_matrix() - rows).norm(), 1e-15);
-  expect_same(by_rows.matrix(),
-              (rotation_about_y(std::atan(std::sqrt(2.0))) * rotation_about_x(kPi / 4)).matrix(),
-              1e-15);
-  expect_same((aligning_with_x({1, 1, 1}) * by_rows.inverse()).matrix(),
-              rotation_about_x(-kPi / 2).matrix(), 1e-15);
+  expect_same_matrix(
+      by_rows.matrix(),
+      (rotation_about_y(std::atan(std::sqrt(2.0))) * rotation_about_x(kPi / 4)).matrix(), 1e-15);
+  expect_same_matrix((aligning_with_x({1, 1, 1}) * by_rows.inverse()).matrix(),
+                     rotation_about_x(-kPi / 2).matrix(), 1e-15);
 }
 
 TEST(Alignment, BothWaysGiveTheSameRotationAboutTheAxisAndDifferByATurnAboutX) {
@@ -121,7 +108,7 @@ TEST(Alignment, BothWaysGiveTheSameRotationAboutTheAxisAndDifferByATurnAboutX) {
     for (const Pose& aligning : {one, other}) {
       EXPECT_LT((aligning * axis - Vector3d(axis.norm(), 0, 0)).norm(), 2e-15 * axis.norm());
       const Pose there_and_back = aligning.inverse() * rotation_about_x(angle) * aligning;
-      expect_same(there_and_back.matrix(), about_axis.matrix(), 4e-15);
+      expect_same_matrix(there_and_back.matrix(), about_axis.matrix(), 4e-15);
     }
     const Pose difference = other * one.inverse();
     EXPECT_GT(angle_between_rad(one, other), 1e-3);  // two alignments, not one
@@ -183,10 +170,10 @@ TEST(Affine, ComposesWithPosesAndHasAnInverse) {
   for (int i = 0; i < 200; ++i) {
     const Affine a = random_affine(random);
     const Pose b = random_pose(random);
-    expect_same((a * b).matrix(), a.matrix() * b.matrix(), 1e-14);
-    expect_same((b * a).matrix(), b.matrix() * a.matrix(), 1e-14);
-    expect_same((inverse_of(a) * a).matrix(), Matrix4d::Identity(), 1e-13);
-    expect_same(rigid(affine(b)).matrix(), b.matrix(), 2e-15);
+    expect_same_matrix((a * b).matrix(), a.matrix() * b.matrix(), 1e-14);
+    expect_same_matrix((b * a).matrix(), b.matrix() * a.matrix(), 1e-14);
+    expect_same_matrix((inverse_of(a) * a).matrix(), Matrix4d::Identity(), 1e-13);
+    expect_same_matrix(rigid(affine(b)).matrix(), b.matrix(), 2e-15);
   }
 }
 
@@ -199,7 +186,8 @@ TEST(Affine, OnlyARigidOneIsAPose) {
 TEST(Affine, AShadowHasNoInverseAndAStrongStretchHas) {
   EXPECT_THROW(inverse_of(scaling({1, 1, 0})), Error);
   EXPECT_THROW(inverse_of(rotation_about_axis({1, 2, 3}, 1) * scaling({0, 1, 1})), Error);
-  expect_same(inverse_of(scaling({1e-6, 1, 1e4})).matrix(), scaling({1e6, 1, 1e-4}).matrix(), 1e-9);
+  expect_same_matrix(inverse_of(scaling({1e-6, 1, 1e4})).matrix(), scaling({1e6, 1, 1e-4}).matrix(),
+                     1e-9);
 }
 
 TEST(PolarCoordinates, OfKnownPoints) {

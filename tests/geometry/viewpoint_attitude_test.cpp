@@ -2,11 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <limits>
-#include <numbers>
-
+#include "poses.hpp"
 #include "tagcal/error.hpp"
-#include "tagcal/random.hpp"
 
 namespace tagcal {
 namespace {
@@ -14,14 +11,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
-constexpr double kPi = std::numbers::pi;
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-
-void expect_same(const Pose& a, const Pose& b, double tolerance = 4e-15) {
-  EXPECT_LE((a.matrix() - b.matrix()).cwiseAbs().maxCoeff(), tolerance) << a.matrix();
-}
-
-const Pose kBad(Quaterniond(1, 0, 0, 0), Vector3d(0, kNan, 0));
 
 // How far from straight up an elevation or a pitch is; negative: over the top.
 constexpr double kFromVertical[] = {0, 1e-15, 1e-13, 1e-10, 1e-7, 1e-3, 0.1, 1, kPi / 2, -0.4};
@@ -164,7 +153,7 @@ TEST(Attitude, NumbersThatAreNoneAreErrors) {
   EXPECT_THROW(roll_pitch_yaw(Quaterniond(kNan, 0, 0, 1)), Error);
   EXPECT_THROW(world_from_aircraft({{kNan, 0, 0}}), Error);
   EXPECT_THROW(world_from_aircraft({{1, 0, 0}, 0, kNan, 0}), Error);
-  EXPECT_THROW(aircraft(kBad), Error);
+  EXPECT_THROW(aircraft(kBadPose), Error);
 }
 
 }  // namespace

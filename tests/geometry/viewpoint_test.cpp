@@ -2,11 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <limits>
-#include <numbers>
-
 #include "expect.hpp"
-#include "tagcal/random.hpp"
+#include "poses.hpp"
 
 namespace tagcal {
 namespace {
@@ -14,23 +11,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
-constexpr double kPi = std::numbers::pi;
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-
-Vector3d random_vector(Random& random) {
-  return Vector3d::NullaryExpr([&] { return random.normal(); });
-}
-
-Pose random_pose(Random& random) {
-  const Quaterniond turn = exp_rotation(2 * random_vector(random));
-  return {turn, random_vector(random)};
-}
-
-void expect_same(const Pose& a, const Pose& b, double tolerance = 4e-15) {
-  EXPECT_LE((a.matrix() - b.matrix()).cwiseAbs().maxCoeff(), tolerance) << a.matrix();
-}
-
-const Pose kBad(Quaterniond(1, 0, 0, 0), Vector3d(0, kNan, 0));
 
 // A camera that looks along -z, moved from the origin to z = -3, sees of a unit square at z = -10
 // what the camera at the origin sees of a world moved by +3, the square at z = -7.
@@ -65,7 +45,7 @@ TEST(LookingAt, ParallelUpNoViewAndNoNumbersAreErrors) {
   EXPECT_THROW(camera_from_world_looking_at({1, 2, 3}, {1, 2, 5}, {0, kNan, 1}), Error);
   EXPECT_THROW(look_at(Pose(), 0), Error);
   EXPECT_THROW(look_at(Pose(), kNan), Error);
-  EXPECT_THROW(look_at(kBad, 1), Error);
+  EXPECT_THROW(look_at(kBadPose, 1), Error);
 }
 
 // A world with y down: moved to the eye, turned about y and then about x so that the view is along
@@ -181,7 +161,7 @@ TEST(Orbit, NoDistanceAndNoNumbersAreErrors) {
   EXPECT_THROW(camera_from_world_on_orbit({{0, 0, 0}, 1, kNan, 0, 0}), Error);
   EXPECT_THROW(camera_from_world_on_orbit({{0, kNan, 0}, 1, 0, 0, 0}), Error);
   EXPECT_THROW(orbit(Pose(), -1), Error);
-  EXPECT_THROW(orbit(kBad, 1), Error);
+  EXPECT_THROW(orbit(kBadPose, 1), Error);
 }
 
 TEST(OpenGLAxes, AreYUpAndLookingAlongMinusZAndItsOwnInverse) {

@@ -47,7 +47,8 @@ Calibration example(const std::string& model, const Lens& lens) {
   c.sigma_from_residuals = true;
   c.num_corners = 144;
   for (int i = 0; i < 3; ++i) {
-    c.views.push_back({"0" + std::to_string(i) + ".png", random_pose(random), {}, 48, {}, 0.1 * i});
+    c.views.push_back(
+        {"0" + std::to_string(i) + ".png", pose_of_many_sizes(random), {}, 48, {}, 0.1 * i});
   }
   c.outliers.push_back({"00.png", {1, 2}, 9});
   c.findings = {{"input", Severity::warning, "says \"this\": [and] {that} # \\ %"},

@@ -24,14 +24,14 @@ CameraFile example(const Lens& lens, std::size_t num_cameras) {
     FileCamera camera;
     camera.name = "cam" + std::to_string(i);
     camera.calibration.camera = {lens, {640, 480}};
-    const Pose pose(random_pose(random).rotation(), {random.normal(), random.normal(), 0});
+    const Pose pose(pose_of_many_sizes(random).rotation(), {random.normal(), random.normal(), 0});
     camera.camera_from_rig = i == 0 ? Pose() : pose;
     file.cameras.push_back(camera);
   }
   for (int i = 0; i < 3; ++i)
     file.poses.push_back({"0" + std::to_string(i) + ".png",
                           static_cast<std::size_t>(i) % num_cameras,
-                          Pose(random_pose(random).rotation(),
+                          Pose(pose_of_many_sizes(random).rotation(),
                                {random.normal(), random.normal(), random.normal()})});
   return file;
 }

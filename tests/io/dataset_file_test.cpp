@@ -141,7 +141,7 @@ TEST_F(DatasetFile, TruthReadsBackToTheLastBit) {
   for (const auto& [model, lens] : lenses) {
     Truth truth{{lens, {1280, 800}}, model, {}};
     for (int i = 0; i < 50; ++i) {
-      truth.camera_from_world["\"quoted\" \\ " + std::to_string(i)] = random_pose(random);
+      truth.camera_from_world["\"quoted\" \\ " + std::to_string(i)] = pose_of_many_sizes(random);
     }
     write_truth(folder_ / "t.yaml", truth);
     const Truth back = read_truth(folder_ / "t.yaml");
@@ -173,7 +173,8 @@ TEST_F(DatasetFile, WrittenDatasetsReadBack) {
   EXPECT_EQ(back.dataset.truth->camera_from_world.size(), 2U);
 
   Random random(6);
-  dataset.boards.push_back({make_board(AprilGrid{2, 3, 0.1, 0.25, 10}), random_pose(random)});
+  dataset.boards.push_back(
+      {make_board(AprilGrid{2, 3, 0.1, 0.25, 10}), pose_of_many_sizes(random)});
   write_dataset(out, dataset, "", "../../seen.csv");
   back = read_dataset(out);
   EXPECT_FALSE(back.observations.empty());

@@ -24,7 +24,8 @@ Image8 noise() {
 }
 
 // Exif: turned by 90 degrees, which swaps width and height.
-const std::string kTurned = "MM\0\x2a\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x06\0\0\0\0\0\0"s;
+const std::string kTurnedTag =
+    "MM\0\x2a\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x06\0\0\0\0\0\0"s;
 
 std::string number(std::size_t value, bool big_endian) {
   std::string text;
@@ -34,7 +35,7 @@ std::string number(std::size_t value, bool big_endian) {
 }
 
 std::string turned_png(const std::string& png) {
-  const std::string chunk = number(kTurned.size(), true) + "eXIf" + kTurned + "\0\0\0\0"s;
+  const std::string chunk = number(kTurnedTag.size(), true) + "eXIf" + kTurnedTag + "\0\0\0\0"s;
   return std::string(png).insert(png.size() - 12, chunk);
 }
 
@@ -45,7 +46,7 @@ std::string turned_jpeg(const std::string& jpeg) {
   };
   std::string segments;
   for (int i = 0; i < 4; ++i) segments += segment('\xe2', std::string(60000, '\0'));
-  return jpeg.substr(0, 2) + segments + segment('\xe1', "Exif\0\0"s + kTurned) + jpeg.substr(2);
+  return jpeg.substr(0, 2) + segments + segment('\xe1', "Exif\0\0"s + kTurnedTag) + jpeg.substr(2);
 }
 
 // With its Exif behind the pixels.
@@ -61,7 +62,7 @@ std::string turned_webp(const Image8& image) {
   const std::string canvas = number(image.width() - 1, false).substr(0, 3) +
                              number(image.height() - 1, false).substr(0, 3);
   const std::string chunks = "WEBPVP8X" + number(10, false) + "\x08\0\0\0"s + canvas + pixels +
-                             "EXIF" + number(kTurned.size(), false) + kTurned;
+                             "EXIF" + number(kTurnedTag.size(), false) + kTurnedTag;
   return "RIFF" + number(chunks.size(), false) + chunks;
 }
 

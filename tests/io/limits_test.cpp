@@ -88,17 +88,19 @@ TEST_F(Limits, PartsOfAllBoardsOfAFile) {
                });
 }
 
-const std::string kScene =
+const std::string kSmallScene =
     "camera: {image_size: [64, 48], model: f, f: 50}\nboards:\n- target: {target_type: tags, tags: "
     "[{id: 0, size: 1}]}\n";
 
 TEST_F(Limits, Scenes) {
   const auto read = [](const fs::path& file) { read_moving_scene(file); };
   const std::string ring = "path: {type: ring, radius_m: 1}\n";
-  const auto scene = [&](const std::string& more) { return kScene + ring + "views: 1\n" + more; };
+  const auto scene = [&](const std::string& more) {
+    return kSmallScene + ring + "views: 1\n" + more;
+  };
   expect_limit(
       limits::kMaxViews, "views: must be",
-      [&](std::size_t n) { return kScene + ring + fmt::format("views: {}\n", n); }, read);
+      [&](std::size_t n) { return kSmallScene + ring + fmt::format("views: {}\n", n); }, read);
   expect_limit(
       limits::kMaxSheets, "occluders: must be a list of at most 10000",
       [&](std::size_t n) {
@@ -116,7 +118,7 @@ TEST_F(Limits, Scenes) {
   expect_limit(
       limits::kMaxValuesOfPath, "must be a list of at most 1000",
       [&](std::size_t n) {
-        return kScene + "path: {type: orbit, distance_m: [1" + repeated(",1", n - 1) + "]}\n";
+        return kSmallScene + "path: {type: orbit, distance_m: [1" + repeated(",1", n - 1) + "]}\n";
       },
       read);
   expect_limit(
@@ -131,7 +133,7 @@ TEST_F(Limits, SidesOfImages) {
   expect_limit(
       limits::kMaxSidePx, "must be a whole number from 1 to 100000",
       [&](std::size_t n) {
-        return replaced(kScene, "[64, 48]", fmt::format("[{}, 48]", n)) +
+        return replaced(kSmallScene, "[64, 48]", fmt::format("[{}, 48]", n)) +
                "path: {type: ring, radius_m: 1}\nviews: 1\n";
       },
       [](const fs::path& file) { read_moving_scene(file); });

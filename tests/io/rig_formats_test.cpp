@@ -119,7 +119,7 @@ TEST_F(RigFormats, TheCovarianceIsThatOfThesePlaces) {
   rig.rig_covariance.bottomRightCorner(6, 6).setIdentity();
   EXPECT_TRUE(write_camera_file(folder_ / "rig.yaml", rig, "tagcal").empty());
   EXPECT_EQ(read_camera_file(folder_ / "rig.yaml").rig_covariance, rig.rig_covariance);
-  rig.cameras[0].camera_from_rig = random_pose(random);
+  rig.cameras[0].camera_from_rig = pose_of_many_sizes(random);
   rig.findings.push_back({"input", Severity::warning, "a doubt"});
   EXPECT_EQ(write_camera_file(folder_ / "rig.yaml", rig, "tagcal").size(), 1U);
   EXPECT_EQ(read_camera_file(folder_ / "rig.yaml").rig_covariance.size(), 0);
@@ -141,7 +141,7 @@ TEST_F(RigFormats, ColmapsRigsAndFrames) {
   CameraFile rig = random_rig(random, 3);
   std::swap(rig.cameras[0].camera_from_rig, rig.cameras[1].camera_from_rig);
   for (int instant = 0; instant < 4; ++instant) {
-    const Pose world(random_pose(random).rotation(), {random.normal(), random.normal(), 1});
+    const Pose world(pose_of_many_sizes(random).rotation(), {random.normal(), random.normal(), 1});
     for (std::size_t c = 0; c < 3; ++c) {
       if (instant == 2 && c == 1) continue;
       rig.poses.push_back({std::to_string(c) + "/" + std::to_string(instant) + ".png", c,

@@ -242,8 +242,8 @@ TEST_F(TargetFile, WhatWasWrittenReadsBackTheSame) {
   Tags tags{"tag25h9", 1, {}};
   Points points;
   for (int i = 0; i < 200; ++i) {
-    tags.tags.push_back({3 * i, random.uniform(), random_pose(random)});
-    points.points.push_back({{200 - i, 0}, random_pose(random).translation()});
+    tags.tags.push_back({3 * i, random.uniform(), pose_of_many_sizes(random)});
+    points.points.push_back({{200 - i, 0}, pose_of_many_sizes(random).translation()});
   }
   const std::vector<BoardPattern> patterns = {
       points, tags, AprilGrid{7, 3, 0.1 / 3, 0.3 / 7, 11, "tag25h9", 1, true},

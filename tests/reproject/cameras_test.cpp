@@ -3,10 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
 
 #include "expect.hpp"
 #include "lenses.hpp"
+#include "poses.hpp"
 #include "tagcal/reproject/maps.hpp"
 #include "tagcal/viewing/viewport.hpp"
 
@@ -15,7 +15,6 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kPi = std::numbers::pi;
 constexpr ImageSize kSize = {640, 400};
 const Camera kBarrel{Perspective({450, 455, 330, 190, -0.25, 0.08, 1e-3, -1e-3, 0.0, 0, 0, 0}),
                      kSize};

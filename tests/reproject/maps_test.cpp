@@ -3,10 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
 #include <opencv2/calib3d.hpp>
 #include <vector>
 
+#include "poses.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/geometry/transform.hpp"
 
@@ -16,8 +16,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kPi = std::numbers::pi;
-constexpr ImageSize kSize = {1280, 800};
+constexpr ImageSize kMapSize = {1280, 800};
 const Perspective kBrown({900, 910, 651, 388, -0.25, 0.08, 1e-3, -1e-3, 0.01, 0, 0, 0});
 const Perspective kRationalLens({900, 910, 651, 388, 0.1, 0.05, 1e-3, -1e-3, 0.01, 0.3, 0.02,
                                  0.001});
@@ -83,7 +82,8 @@ class Maps : public testing::TestWithParam<int> {
 TEST_P(Maps, EqualThoseOfOpenCvToOneUnitInTheLastPlace) {
   for (const Pose& turn :
        {Pose(), rotation_about_y(0.2) * rotation_about_x(-0.1) * rotation_about_z(0.4)}) {
-    const Reprojection r{{lens(), kSize}, Camera{pinhole(700, 710, 600, 410), {1203, 811}}, turn};
+    const Reprojection r{
+        {lens(), kMapSize}, Camera{pinhole(700, 710, 600, 410), {1203, 811}}, turn};
     const PixelMap map = pixel_map(r);
     const OpenCvMap theirs = opencv_map(r);
     EXPECT_LE(units_in_last_place(map.x, theirs.x), 1);
@@ -94,7 +94,7 @@ TEST_P(Maps, EqualThoseOfOpenCvToOneUnitInTheLastPlace) {
 // Before rounding: the double precision of the chain beside OpenCV's projection of points.
 TEST_P(Maps, BeforeRoundingTheyEqualProjectPointsTo1e9) {
   const Reprojection r{
-      {lens(), kSize}, Camera{pinhole(700, 710, 600, 410), {1200, 800}}, rotation_about_y(0.2)};
+      {lens(), kMapSize}, Camera{pinhole(700, 710, 600, 410), {1200, 800}}, rotation_about_y(0.2)};
   std::vector<Vector2d> ours;
   std::vector<cv::Point3d> points;
   for (int v = 0; v < 800; v += 37) {
@@ -136,7 +136,7 @@ TEST(PixelMaps, OfACameraIntoItselfAreTheIdentity) {
 
 // The rows of the kernels, the rays one by one, and any number of threads give the same.
 TEST(PixelMaps, DoNotDependOnThreadsAndAgreeWithSourcePixel) {
-  const Camera camera{kFisheyeLens, kSize};
+  const Camera camera{kFisheyeLens, kMapSize};
   const Pose turn = rotation_about_y(1.2);
   const std::vector<Target> targets = {
       Camera{pinhole(300, 300, 200, 150), {401, 301}}, Camera{kBrown, {401, 301}},
@@ -164,7 +164,7 @@ TEST(PixelMaps, DoNotDependOnThreadsAndAgreeWithSourcePixel) {
 
 // Rays beside and behind the axis of a fisheye are in its panorama, not in a pinhole.
 TEST(PixelMaps, PanoramasShowLongitudesAndLatitudes) {
-  const Camera camera{Fisheye({300, 300, 639.5, 399.5, 0, 0, 0, 0}), kSize};
+  const Camera camera{Fisheye({300, 300, 639.5, 399.5, 0, 0, 0, 0}), kMapSize};
   const Panorama sphere{PanoramaKind::equirectangular, 100, {400, 200}, {801, 401}};
   const auto at = [&](double longitude, double latitude) {
     return source_pixel({camera, sphere, {}}, {400 + 100 * longitude, 200 + 100 * latitude});
@@ -180,7 +180,7 @@ TEST(PixelMaps, PanoramasShowLongitudesAndLatitudes) {
 }
 
 TEST(PixelMaps, APlaneIsSeenFromItsFrontOnly) {
-  const Camera camera{kBrown, kSize};
+  const Camera camera{kBrown, kMapSize};
   // 2 m ahead, facing the camera: x right, y up, z towards it.
   const Pose front = translation({0.1, 0.2, 2}) * rotation_about_x(kPi);
   const PlaneRaster plane{{-0.3, 0.2}, 0.001, {600, 400}};
@@ -194,7 +194,7 @@ TEST(PixelMaps, APlaneIsSeenFromItsFrontOnly) {
 }
 
 TEST(PixelMaps, OfAPartEqualThePart) {
-  const Camera camera{kBrown, kSize};
+  const Camera camera{kBrown, kMapSize};
   const std::vector<Target> targets = {
       Camera{pinhole(700, 710, 600, 410), {700, 500}}, Camera{kFisheyeLens, {700, 500}},
       Panorama{PanoramaKind::cylindrical, 800, {350, 250}, {700, 500}},
@@ -212,7 +212,7 @@ TEST(PixelMaps, OfAPartEqualThePart) {
 
 TEST(PixelMaps, RefuseWhatHasNoRays) {
   const Camera parallel{Parallel({100, 100, 320, 240, 0, 0}), {640, 480}};
-  const Camera camera{kBrown, kSize};
+  const Camera camera{kBrown, kMapSize};
   EXPECT_THROW(pixel_map({parallel, camera, {}}), Error);
   EXPECT_THROW(pixel_map({camera, parallel, {}}), Error);
   EXPECT_THROW(pixel_map({camera, Camera{kBrown, {0, 10}}, {}}), Error);

@@ -18,10 +18,10 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr ImageSize kSize = {752, 480};
+constexpr ImageSize kRectifiedSize = {752, 480};
 
 KnownRig::Member member(const Lens& lens, const Pose& camera_from_rig, const char* name = "a") {
-  return {name, {nullptr, {lens, kSize}, {}}, camera_from_rig, std::nullopt};
+  return {name, {nullptr, {lens, kRectifiedSize}, {}}, camera_from_rig, std::nullopt};
 }
 
 Lens perspective(double f, double cx, double cy, double scale) {
@@ -65,8 +65,9 @@ OpenCv rectified_by_opencv(const KnownRig& rig, double alpha, bool zero_disparit
   const Lens &a = rig.cameras[0].camera.camera.lens, &b = rig.cameras[1].camera.camera.lens;
   cv::Mat r1, r2, p1, p2, q;
   cv::stereoRectify(matrix_of(a), distortion_of(a), matrix_of(b), distortion_of(b),
-                    {kSize.width, kSize.height}, turn, cv::Vec3d(t.x(), t.y(), t.z()), r1, r2, p1,
-                    p2, q, zero_disparity ? cv::CALIB_ZERO_DISPARITY : 0, alpha);
+                    {kRectifiedSize.width, kRectifiedSize.height}, turn,
+                    cv::Vec3d(t.x(), t.y(), t.z()), r1, r2, p1, p2, q,
+                    zero_disparity ? cv::CALIB_ZERO_DISPARITY : 0, alpha);
   return {{r1, r2}, {p1, p2}, q};
 }
 
@@ -143,9 +144,9 @@ TEST(Rectify, MapsAreThoseOfOpenCv) {
     cv::Mat x, y;
     cv::initUndistortRectifyMap(matrix_of(lens), distortion_of(lens), turn,
                                 cv::Matx33d(p(0, 0), 0, p(0, 2), 0, p(1, 1), p(1, 2), 0, 0, 1),
-                                {kSize.width, kSize.height}, CV_32FC1, x, y);
-    for (int v = 0; v < kSize.height; ++v)
-      for (int u = 0; u < kSize.width; ++u) {
+                                {kRectifiedSize.width, kRectifiedSize.height}, CV_32FC1, x, y);
+    for (int v = 0; v < kRectifiedSize.height; ++v)
+      for (int u = 0; u < kRectifiedSize.width; ++u) {
         ASSERT_LE(std::abs(map.x(u, v) - x.at<float>(v, u)), std::nextafter(752.F, 1e9F) - 752.F);
         ASSERT_LE(std::abs(map.y(u, v) - y.at<float>(v, u)), std::nextafter(752.F, 1e9F) - 752.F);
       }
@@ -168,7 +169,7 @@ void expect_equal_rows(const KnownRig& rig, const RectifyOptions& options) {
       const Vector3d in_camera = camera.camera_from_rig * x;
       at[k] = pair.camera_from_rectified[k].inverse() * in_camera;
       const auto pixel = project(camera.camera.camera.lens, in_camera);
-      is_seen = pixel && contains(kSize, *pixel) && at[k].z() > 0.1;
+      is_seen = pixel && contains(kRectifiedSize, *pixel) && at[k].z() > 0.1;
       if (!is_seen) break;
       seen[k].pixel = *pixel;
       rectified[k] = rectified_pixel(rig, pair, k, *pixel).value();
@@ -302,8 +303,8 @@ TEST(Rectify, TheStandardDeviationOfVerticalDisparityHolds) {
           std::vector<double> values = model.free_values(rig.cameras[k].camera.camera.lens);
           for (int i = 0; i < 8; ++i) values[i] += error[12 + 8 * k + i];
           const Pose place = retract(rig.cameras[k].camera_from_rig, error.segment<6>(6 * k));
-          const auto pixel = project(*model.lens(values, kSize), place * x);
-          is_seen = pixel && contains(kSize, *pixel);
+          const auto pixel = project(*model.lens(values, kRectifiedSize), place * x);
+          is_seen = pixel && contains(kRectifiedSize, *pixel);
           if (is_seen)
             seen[k] = {*pixel + 0.1 * Vector2d(normal(), normal()), 0.01 * Matrix2::Identity()};
         }

@@ -3,15 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "poses.hpp"
 #include "tagcal/detect/families.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/geometry/transform.hpp"
 #include "tagcal/geometry/viewpoint.hpp"
-#include "tagcal/random.hpp"
 #include "tagcal/reproject/cameras.hpp"
 #include "tagcal/reproject/maps.hpp"
 #include "tagcal/scene/render.hpp"
@@ -22,9 +21,8 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kPi = std::numbers::pi;
-constexpr ImageSize kSize = {640, 400};
-const Perspective kBarrel({450, 450, 330, 190, -0.25, 0.08, 1e-3, -1e-3, 0, 0, 0, 0});
+constexpr ImageSize kResampledSize = {640, 400};
+const Perspective kBarrelLens({450, 450, 330, 190, -0.25, 0.08, 1e-3, -1e-3, 0, 0, 0, 0});
 
 template <typename T>
 Image<T> noise(const ImageSize& size) {
@@ -65,13 +63,13 @@ constexpr Interpolation kAll[] = {Interpolation::nearest, Interpolation::bilinea
 
 template <typename T>
 void expect_identity() {
-  const Image<T> picture = noise<T>(kSize);
-  for (const Lens& lens : {Lens(kBarrel), Lens(Fisheye({300, 310, 320, 200, 0.02, 0, 0, 0}))}) {
+  const Image<T> picture = noise<T>(kResampledSize);
+  for (const Lens& lens : {Lens(kBarrelLens), Lens(Fisheye({300, 310, 320, 200, 0.02, 0, 0, 0}))}) {
     for (const Interpolation interpolation : kAll) {
-      const Camera camera{lens, kSize};
+      const Camera camera{lens, kResampledSize};
       const auto same = reproject(picture, {camera, camera, {}}, {interpolation});
       EXPECT_EQ(same.image.pixels(), picture.pixels()) << static_cast<int>(interpolation);
-      EXPECT_EQ(same.seen.pixels(), Image8(kSize, 255).pixels());
+      EXPECT_EQ(same.seen.pixels(), Image8(kResampledSize, 255).pixels());
     }
   }
 }
@@ -131,11 +129,11 @@ TEST(Resampling, BilinearIsItsFormulaInAllKinds) {
 }
 
 TEST(Resampling, AgreesWithOpenCvsRemap) {
-  const Image8 picture = drawn(kSize, [](int x, int y) {
+  const Image8 picture = drawn(kResampledSize, [](int x, int y) {
     return 128 + 60 * std::sin(0.11 * x + 0.05 * y) + 50 * std::cos(0.07 * y);
   });
-  const Camera camera{kBarrel, kSize};
-  const Camera target{pinhole(450, 450, 330, 190), kSize};
+  const Camera camera{kBarrelLens, kResampledSize};
+  const Camera target{pinhole(450, 450, 330, 190), kResampledSize};
   const PixelMap map = pixel_map({camera, target, {}});
   const auto mat = [](const auto& image, int type) {
     return cv::Mat(image.height(), image.width(), type,
@@ -150,8 +148,8 @@ TEST(Resampling, AgreesWithOpenCvsRemap) {
               cv::BORDER_REPLICATE);
     const auto ours = reproject(picture, {camera, target, {}}, {interpolation, false});
     int different = 0, seen = 0;
-    for (int y = 0; y < kSize.height; ++y) {
-      for (int x = 0; x < kSize.width; ++x) {
+    for (int y = 0; y < kResampledSize.height; ++y) {
+      for (int x = 0; x < kResampledSize.width; ++x) {
         if (ours.seen(x, y) == 0) continue;
         ++seen;  // OpenCV's coordinates are rounded to 1/32 px
         different += std::abs(ours.image(x, y) - theirs.at<std::uint8_t>(y, x)) > 1;
@@ -264,8 +262,8 @@ TEST(Resampling, ShrinkingSetsInSmoothly) {
 }
 
 TEST(Resampling, ThreadsAndPartsGiveTheSameBytes) {
-  const ImageRgb picture = noise<Rgb>(kSize);
-  const Camera camera{kBarrel, kSize};
+  const ImageRgb picture = noise<Rgb>(kResampledSize);
+  const Camera camera{kBarrelLens, kResampledSize};
   const Target target = pinhole_of_all_pixels(camera, {333, 222});
   for (const Interpolation interpolation : kAll) {
     const auto one = reproject(picture, {camera, target, {}}, {interpolation, true, 1});
@@ -293,11 +291,11 @@ TEST(Resampling, ReadsPicturesOfOthersAndSmallOnes) {
 }
 
 TEST(Resampling, RefusesPicturesOfAnotherSize) {
-  const Camera camera{kBarrel, kSize};
+  const Camera camera{kBarrelLens, kResampledSize};
   EXPECT_THROW(reproject(Image8({639, 400}), {camera, camera, {}}), Error);
   EXPECT_THROW(reproject(Image8(), {camera, camera, {}}), Error);
-  EXPECT_THROW(remap(Image8(kSize), PixelMap{ImageF({3, 3}), ImageF({3, 4})}), Error);
-  EXPECT_THROW(remap(Image8(kSize), PixelMap{}), Error);
+  EXPECT_THROW(remap(Image8(kResampledSize), PixelMap{ImageF({3, 3}), ImageF({3, 4})}), Error);
+  EXPECT_THROW(remap(Image8(kResampledSize), PixelMap{}), Error);
 }
 
 // A board before a camera with distortion, undistorted, is the board before the pinhole.
@@ -316,22 +314,23 @@ class RenderedBoard : public testing::Test {
 };
 
 TEST_F(RenderedBoard, UndistortedEqualsThatOfThePinhole) {
-  const Camera camera{kBarrel, kSize};
-  const Camera target = pinhole_of_valid_pixels(camera, kSize);
+  const Camera camera{kBarrelLens, kResampledSize};
+  const Camera target = pinhole_of_valid_pixels(camera, kResampledSize);
   const Image8 expected = render(target, pose_);
   const auto ours =
       reproject(render(camera, pose_), {camera, target, {}}, {Interpolation::lanczos4});
   double squares = 0;
-  for (int y = 0; y < kSize.height; ++y)
-    for (int x = 0; x < kSize.width; ++x) {
+  for (int y = 0; y < kResampledSize.height; ++y)
+    for (int x = 0; x < kResampledSize.width; ++x) {
       ASSERT_EQ(ours.seen(x, y), 255);
       squares += std::pow(ours.image(x, y) - expected(x, y), 2);
     }
-  EXPECT_LT(std::sqrt(squares / (kSize.width * kSize.height)), 6);  // of 255; edges are resampled
+  EXPECT_LT(std::sqrt(squares / (kResampledSize.width * kResampledSize.height)),
+            6);  // of 255; edges are resampled
 }
 
 TEST_F(RenderedBoard, OnItsPlaneHasTagsOfTheRightSize) {
-  const Camera camera{kBarrel, {1280, 800}};
+  const Camera camera{kBarrelLens, {1280, 800}};
   Camera twice = camera;
   twice.lens = Perspective({900, 900, 640, 400, -0.25, 0.08, 1e-3, -1e-3, 0, 0, 0, 0});
   const Image8 picture = render(twice, pose_);

@@ -19,7 +19,7 @@ using internal::Shading;
 using sheet_rays::any_pose;
 using sheet_rays::in_cube;
 
-constexpr ImageSize kSize{160, 120};
+constexpr ImageSize kLitSize{160, 120};
 
 // What the lamp does to the side of a sheet that the eye sees, by the formula.
 double expected(const Light& light, Vector3d normal, const Vector3d& x, const Vector3d& to_eye) {
@@ -76,8 +76,8 @@ void expect_lit_as_rays_say(double blur_px) {
     sheet_rays::BorderPixels borders_of(rays, light.size());
     bool cut = false;
     for (const auto& border : sheet_rays::borders(rays.surfaces(), &cut)) borders_of.add(border);
-    for (int y = 5; y < kSize.height - 5; ++y)
-      for (int x = 5; x < kSize.width - 5; ++x) {
+    for (int y = 5; y < kLitSize.height - 5; ++y)
+      for (int x = 5; x < kLitSize.width - 5; ++x) {
         bool near = false;
         for (int v = -3; v <= 3; ++v)
           for (int u = -3; u <= 3; ++u) near = near || borders_of.near(x + u, y + v);
@@ -108,7 +108,7 @@ TEST(Light, BlurredPixelsAreLitAsRaysSay) { expect_lit_as_rays_say(0.5); }
 
 Scene wall(double level) {
   Scene scene;
-  scene.camera = {pinhole(100, 100, 79.5, 59.5), kSize};
+  scene.camera = {pinhole(100, 100, 79.5, 59.5), kLitSize};
   scene.occluders = {{{{-2, -2, 1}, {2, -2, 1}, {2, 2, 1}, {-2, 2, 1}}, level}};
   return scene;
 }
@@ -140,7 +140,7 @@ TEST(Light, ALampMovesWithItsFrameOrTheCamera) {
   moving.light_frame = "rail";
   const auto brightest = [&](const Scene& scene, const Pose& pose) {
     const ImageF light = render_light(scene, {}, pose);
-    return static_cast<int>(std::max_element(light.row(59), light.row(59) + kSize.width) -
+    return static_cast<int>(std::max_element(light.row(59), light.row(59) + kLitSize.width) -
                             light.row(59));
   };
   EXPECT_NEAR(brightest(scene_in_view(moving, 0), Pose()), 29.5, 1);
@@ -163,8 +163,8 @@ TEST(Vignetting, MultipliesTheLightOfEachPixel) {
   const ImageF cos4 = render_light(scene, {}, Pose());
   scene.sensor.vignetting = {false, {-0.3, -0.2, 0.1}};
   const ImageF polynomial = render_light(scene, {}, Pose());
-  for (int y = 0; y < kSize.height; y += 7)
-    for (int x = 0; x < kSize.width; x += 7) {
+  for (int y = 0; y < kLitSize.height; y += 7)
+    for (int x = 0; x < kLitSize.width; x += 7) {
       const Vector3d d = ray_in_camera(scene.camera.lens, {x, y})->direction;
       const double angle = std::atan2(std::hypot(d.x(), d.y()), d.z());
       EXPECT_NEAR(cos4(x, y), plain(x, y) * std::pow(std::cos(angle), 4), 1e-6);
@@ -175,7 +175,7 @@ TEST(Vignetting, MultipliesTheLightOfEachPixel) {
 }
 
 TEST(Vignetting, ThatACameraCannotHaveIsAnError) {
-  const Camera camera{pinhole(100, 100, 79.5, 59.5), kSize};
+  const Camera camera{pinhole(100, 100, 79.5, 59.5), kLitSize};
   const auto refused = [](const Camera& c, const Vignetting& v) {
     Sensor sensor;
     sensor.vignetting = v;
@@ -185,8 +185,8 @@ TEST(Vignetting, ThatACameraCannotHaveIsAnError) {
   EXPECT_TRUE(refused(camera, {false, {-1.1}}));
   EXPECT_TRUE(refused(camera, {false, {-4.5, 4.4}}));  // in the middle only
   EXPECT_FALSE(refused(camera, {true, {}}));
-  EXPECT_FALSE(refused({Fisheye({70, 70, 79.5, 59.5, 0, 0, 0, 0}), kSize}, {true, {}}));
-  EXPECT_TRUE(refused({Fisheye({60, 60, 79.5, 59.5, 0, 0, 0, 0}), kSize}, {true, {}}));
+  EXPECT_FALSE(refused({Fisheye({70, 70, 79.5, 59.5, 0, 0, 0, 0}), kLitSize}, {true, {}}));
+  EXPECT_TRUE(refused({Fisheye({60, 60, 79.5, 59.5, 0, 0, 0, 0}), kLitSize}, {true, {}}));
 }
 
 // The share of a half-plane beyond `place` in a pixel, blurred by a Gaussian.
@@ -207,7 +207,7 @@ TEST(Focus, EdgesOfSheetsParallelToTheImageHaveTheBlurOfTheirDepth) {
   for (const double z : {0.5, 0.8, 1.0, 1.3, 4.0})
     for (const double sensor_blur : {0.0, 0.6}) {
       Scene scene;
-      scene.camera = {pinhole(200, 200, 79.5, 59.5), kSize};
+      scene.camera = {pinhole(200, 200, 79.5, 59.5), kLitSize};
       scene.background_level = 0.2;
       scene.occluders = {half_plane(0.013 * z, z, 0.8)};
       scene.sensor.blur_px = sensor_blur;
@@ -215,7 +215,7 @@ TEST(Focus, EdgesOfSheetsParallelToTheImageHaveTheBlurOfTheirDepth) {
       const double defocus = 0.05 / 1.4 * 200 * std::abs(1 / z - 1) / 4;
       const double sigma = std::max(1e-3, std::hypot(defocus, sensor_blur));
       const ImageF light = render_light(scene, {}, Pose());
-      for (int x = 0; x < kSize.width; ++x)
+      for (int x = 0; x < kLitSize.width; ++x)
         EXPECT_NEAR(light(x, 60), 0.2 + 0.6 * blurred_step(x, 79.5 + 2.6, sigma), 1e-3)
             << "z " << z << " x " << x << " sigma " << sigma;
     }
@@ -225,13 +225,13 @@ TEST(Focus, EdgesOfSheetsParallelToTheImageHaveTheBlurOfTheirDepth) {
 TEST(Focus, ABlurredBorderShowsWhatIsBehindIt) {
   for (const bool sharp_near : {false, true}) {
     Scene scene;
-    scene.camera = {pinhole(200, 200, 79.5, 59.5), kSize};
+    scene.camera = {pinhole(200, 200, 79.5, 59.5), kLitSize};
     scene.background_level = 0.2;
     scene.occluders = {half_plane(0, 1, 0.9), half_plane(0.005, 0.5, 0.4)};
     scene.sensor.focus = Focus{sharp_near ? 0.5 : 1.0, 0.03};
     const double sigma = 0.03 * 200 / 4;
     const ImageF light = render_light(scene, {}, Pose());
-    for (int x = 0; x < kSize.width; ++x) {
+    for (int x = 0; x < kLitSize.width; ++x) {
       const double far = blurred_step(x, 79.5, sharp_near ? sigma : 1e-3);
       const double near = blurred_step(x, 79.5 + 2, sharp_near ? 1e-3 : sigma);
       EXPECT_NEAR(light(x, 60), near * 0.4 + (1 - near) * (far * 0.9 + (1 - far) * 0.2), 1e-3) << x;
@@ -260,7 +260,7 @@ TEST(Focus, ATiltedSheetIsBlurredByTheDepthOfEachPixel) {
 // edge does not show, however it is blurred.
 TEST(Focus, TheCommonEdgeOfTwoSheetsDoesNotShow) {
   Scene scene;
-  scene.camera = {pinhole(200, 200, 79.5, 59.5), kSize};
+  scene.camera = {pinhole(200, 200, 79.5, 59.5), kLitSize};
   scene.background_level = 0.1;
   const Vector3d above(0, -0.3, 0.8), below(0, 0.3, 0.8);
   for (const Vector3d& away : {Vector3d(0.2, 0, 0.3), Vector3d(-0.25, 0, 0.2)})
@@ -306,8 +306,8 @@ TEST(Depth, IsThatOfTheRayThroughThePixelsCentre) {
     const Scene scene = sheet_rays::random_scene(11, i, pose);
     const ImageF depth = render_depth(scene, pose);
     const sheet_rays::RayCaster rays(scene, pose);
-    for (int y = 0; y < kSize.height; ++y)
-      for (int x = 0; x < kSize.width; ++x) {
+    for (int y = 0; y < kLitSize.height; ++y)
+      for (int x = 0; x < kLitSize.width; ++x) {
         const auto ray = rays.ray({x, y});
         const auto* seen = ray ? rays.first(*ray) : nullptr;
         if (!seen) {
@@ -332,7 +332,7 @@ TEST(Depth, OfVisibleCornersIsTheirs) {
   int compared = 0;
   for (int i = 0; i < 20; ++i) {
     Scene scene;
-    scene.camera = {pinhole(200, 200, 79.5, 59.5), kSize};
+    scene.camera = {pinhole(200, 200, 79.5, 59.5), kLitSize};
     scene.boards = {{make_board(AprilGrid{4, 3, 0.06, 0.3, 0, "tag36h11", 1, false}), Pose()}};
     scene.occluders = {{{{0.1, 0, 0.1}, {0.2, 0, 0.1}, {0.2, 0.1, 0.15}, {0.1, 0.1, 0.15}}, 0.3}};
     const Pose pose = camera_from_world_looking_at(
@@ -341,7 +341,7 @@ TEST(Depth, OfVisibleCornersIsTheirs) {
     for (const Observation& corner : visible_corners(scene, pose)) {
       const Vector2d middle(std::round(corner.pixel.x()), std::round(corner.pixel.y()));
       const Vector2d shift = middle - corner.pixel;
-      if (!contains(kSize, middle)) continue;
+      if (!contains(kLitSize, middle)) continue;
       Scene moved = scene;
       moved.camera.lens = pinhole(200, 200, 79.5 + shift.x(), 59.5 + shift.y());
       const ImageF depth = render_depth(moved, pose);

@@ -14,13 +14,13 @@ namespace tagcal {
 using namespace internal;
 namespace {
 
-constexpr ImageSize kSize{320, 200};
+constexpr ImageSize kProcessedSize{320, 200};
 
 // Dark up to column 159, bright from column 160 on.
 ImageF step(float dark, float bright) {
-  ImageF light(kSize, dark);
-  for (int y = 0; y < kSize.height; ++y)
-    for (int x = 160; x < kSize.width; ++x) light(x, y) = bright;
+  ImageF light(kProcessedSize, dark);
+  for (int y = 0; y < kProcessedSize.height; ++y)
+    for (int x = 160; x < kProcessedSize.width; ++x) light(x, y) = bright;
   return light;
 }
 
@@ -28,8 +28,8 @@ ImageF step(float dark, float bright) {
 ImageF busy_light() {
   Random random(3);
   ImageF light = step(0.2f, 0.7f);
-  for (int y = 0; y < kSize.height; ++y)
-    for (int x = 0; x < kSize.width; ++x)
+  for (int y = 0; y < kProcessedSize.height; ++y)
+    for (int x = 0; x < kProcessedSize.width; ++x)
       light(x, y) +=
           static_cast<float>(0.1 * std::sin(0.07 * x) * std::cos(0.3 * y) + 0.02 * random.normal());
   return light;
@@ -129,10 +129,10 @@ TEST(Processing, DenoisingKeepsEdges) {
   EXPECT_NEAR(level(edge, 159, 100), 0.2 * 255, 0.01);
   EXPECT_NEAR(level(edge, 160, 100), 0.7 * 255, 0.01);
   sensor.noise_levels = 3;
-  EXPECT_LT(statistics_of(expose16(ImageF(kSize, 0.5f), sensor, 1)).variance, 9 / 4.0);
+  EXPECT_LT(statistics_of(expose16(ImageF(kProcessedSize, 0.5f), sensor, 1)).variance, 9 / 4.0);
   // With levels far above the noise it is a Gaussian filter, of variance 1 / (4 pi sigma^2).
   sensor.denoise->levels = 250;
-  EXPECT_NEAR(statistics_of(expose16(ImageF(kSize, 0.5f), sensor, 1)).variance,
+  EXPECT_NEAR(statistics_of(expose16(ImageF(kProcessedSize, 0.5f), sensor, 1)).variance,
               9 / (4 * std::numbers::pi * 1.2 * 1.2), 0.03);
 }
 
@@ -163,9 +163,9 @@ TEST(Processing, JpegLosesWhatLibjpegLoses) {
     sensor.jpeg = quality;
     const Image8 lossy = expose(busy_light(), sensor, 1);
     const std::string bytes = jpeg_of(exact, false, quality);
-    Image8 expected(kSize);
+    Image8 expected(kProcessedSize);
     jpeg_decoder(bytes)->decode([&](int y, const std::uint16_t* row) {
-      std::transform(row, row + kSize.width, expected.row(y),
+      std::transform(row, row + kProcessedSize.width, expected.row(y),
                      [](std::uint16_t value) { return static_cast<std::uint8_t>(value); });
     });
     EXPECT_LT(rms_difference(lossy, expected), 0.8) << quality;

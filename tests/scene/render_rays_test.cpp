@@ -10,9 +10,9 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr ImageSize kSize{640, 400};
+constexpr ImageSize kRayedSize{640, 400};
 
-std::vector<Vector3d> square(const Pose& world_from_square, double side) {
+std::vector<Vector3d> square_in_world(const Pose& world_from_square, double side) {
   std::vector<Vector3d> corners;
   for (const Vector3d& x : tag_corners({0, side, world_from_square})) corners.push_back(x);
   return corners;
@@ -27,7 +27,7 @@ TEST(RenderRays, AWideFisheyeLooksBehindItself) {
   const Pose pose(exp_rotation({0.2, -0.3, 0.4}), {0.1, -0.2, 0.3});
   for (const Lens& lens : lenses) {
     Scene scene;
-    scene.camera = {lens, kSize};
+    scene.camera = {lens, kRayedSize};
     for (int axis = 0; axis < 3; ++axis)
       for (const double sign : {-2.0, 2.0}) {  // six walls, and a board across the room
         const Vector3d n = sign * Vector3d::Unit(axis), u = 2 * Vector3d::Unit((axis + 1) % 3),
@@ -47,8 +47,8 @@ TEST(RenderRays, AWideFisheyeLooksBehindItself) {
       return hit != nullptr ? hit->level : -1.0;
     };
     int compared = 0;
-    for (int y = 0; y < kSize.height; y += 3)
-      for (int x = 0; x < kSize.width; x += 3) {
+    for (int y = 0; y < kRayedSize.height; y += 3)
+      for (int x = 0; x < kRayedSize.width; x += 3) {
         const double level = level_at(x, y);
         const auto near_it = {level_at(x - 1, y - 1), level_at(x + 1, y - 1),
                               level_at(x - 1, y + 1), level_at(x + 1, y + 1)};
@@ -67,21 +67,21 @@ TEST(RenderRays, AHiddenMiddleLeavesNoSeams) {
   for (const Lens& lens : lenses) {
     const Pose tilted(exp_rotation({0.5, -0.3, 0.2}), {0.05, 0.02, 1});
     Scene scene;
-    scene.camera = {lens, kSize};
+    scene.camera = {lens, kRayedSize};
     scene.background_level = 0.9;
-    scene.occluders = {{square(tilted, 3), 0.1}};
+    scene.occluders = {{square_in_world(tilted, 3), 0.1}};
     const ImageF alone = render_light(scene, {}, Pose());
     const Pose before(exp_rotation({-0.2, 0.3, 0.5}), {0.01, 0.03, 0.7});
-    scene.occluders.push_back({square(before, 0.1), 0.7});
-    scene.occluders.push_back({square(before, 0.4), 0.3});
+    scene.occluders.push_back({square_in_world(before, 0.1), 0.7});
+    scene.occluders.push_back({square_in_world(before, 0.4), 0.3});
     const ImageF light = render_light(scene, {}, Pose());
     const sheet_rays::RayCaster rays(scene, Pose());
-    sheet_rays::BorderPixels borders(rays, kSize);
+    sheet_rays::BorderPixels borders(rays, kRayedSize);
     bool cut = false;
     for (const auto& border : sheet_rays::borders(rays.surfaces(), &cut)) borders.add(border);
     int compared = 0;
-    for (int y = 0; y < kSize.height; ++y)
-      for (int x = 0; x < kSize.width; ++x) {
+    for (int y = 0; y < kRayedSize.height; ++y)
+      for (int x = 0; x < kRayedSize.width; ++x) {
         if (borders.near(x, y) || rays.first(*rays.ray({x, y})) != &rays.surfaces()[0]) continue;
         ASSERT_EQ(light(x, y), alone(x, y)) << x << " " << y;
         ++compared;
@@ -93,10 +93,11 @@ TEST(RenderRays, AHiddenMiddleLeavesNoSeams) {
 // Where sheets cut each other, a pixel has the mean level of its area.
 TEST(RenderRays, AreasAtAnIntersectionAreExact) {
   Scene scene;
-  scene.camera = {Perspective({450, 448, 325, 196, -0.15, 0.05, 5e-4, -3e-4}), kSize};
+  scene.camera = {Perspective({450, 448, 325, 196, -0.15, 0.05, 5e-4, -3e-4}), kRayedSize};
   const Pose middle(Eigen::Quaterniond::Identity(), {0.02, 0.01, 1});
-  scene.occluders = {{square(middle * Pose(exp_rotation({0.2, 0.6, 0.3}), {0, 0, 0}), 0.4), 0.1},
-                     {square(middle * Pose(exp_rotation({-0.5, -0.4, 0}), {0, 0, 0}), 0.5), 0.9}};
+  scene.occluders = {
+      {square_in_world(middle * Pose(exp_rotation({0.2, 0.6, 0.3}), {0, 0, 0}), 0.4), 0.1},
+      {square_in_world(middle * Pose(exp_rotation({-0.5, -0.4, 0}), {0, 0, 0}), 0.5), 0.9}};
   const ImageF light = render_light(scene, {}, Pose());
   const sheet_rays::RayCaster rays(scene, Pose());
   const auto line = sheet_rays::common_line(rays.surfaces()[0], rays.surfaces()[1]).value();

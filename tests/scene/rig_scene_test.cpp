@@ -18,17 +18,18 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kTurn = 2 * std::numbers::pi;
+constexpr double kWholeTurn = 2 * std::numbers::pi;
 
 // The rig's frame goes around a board on the floor; the eye of a camera is at most 2 m away.
 RigScene around_a_board(int num_views) {
   RigScene rig;
   rig.scene.settings.num_views = num_views;
-  rig.scene.settings.path = FunctionPath{
-      [](double t) {
-        return camera_from_world_on_orbit({Vector3d(0.2 * t, 0, 0), 1.4, kTurn * t / 3, 0.9, t});
-      },
-      {}};
+  rig.scene.settings.path =
+      FunctionPath{[](double t) {
+                     return camera_from_world_on_orbit(
+                         {Vector3d(0.2 * t, 0, 0), 1.4, kWholeTurn * t / 3, 0.9, t});
+                   },
+                   {}};
   rig.scene.boards = {
       {kWorldFrame,
        {make_board(AprilGrid{.columns = 4, .rows = 3, .tag_size = 0.08, .tag_spacing = 0.3}),

@@ -15,12 +15,12 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr ImageSize kSize{96, 64};
+constexpr ImageSize kRolledSize{96, 64};
 
 // A board before a camera that turns and moves by several pixels while it is read.
 Scene moving_scene(ReadDirection direction = ReadDirection::down) {
   Scene scene;
-  scene.camera = {Perspective({90, 91, 47, 31, -0.1, 0.02}), kSize};
+  scene.camera = {Perspective({90, 91, 47, 31, -0.1, 0.02}), kRolledSize};
   scene.boards = {{make_board(AprilGrid{3, 2, 0.2, 0.3, 0}), translation({-0.35, -0.2, 1})}};
   scene.sensor.blur_px = 0.6;
   scene.sensor.shutter = {0.03, direction};
@@ -37,7 +37,7 @@ TEST(RollingShutter, EachLineIsThatLineFromItsOwnPose) {
     const Scene scene = moving_scene(direction);
     const ImageF rolling = render_light(scene, families, kFacing);
     const bool by_rows = scene.sensor.shutter.by_rows();
-    const int lines = by_rows ? kSize.height : kSize.width;
+    const int lines = by_rows ? kRolledSize.height : kRolledSize.width;
     Scene still = scene;
     still.velocity = {};
     for (const int line : {0, lines / 3, lines / 2, lines - 1}) {
@@ -45,7 +45,7 @@ TEST(RollingShutter, EachLineIsThatLineFromItsOwnPose) {
       const bool forwards = direction == ReadDirection::down || direction == ReadDirection::right;
       const Pose pose = moved_for(forwards ? 0.03 * place : -0.03 * place, scene.velocity, kFacing);
       const ImageF whole = render_light(still, families, pose);
-      for (int i = 0; i < (by_rows ? kSize.width : kSize.height); ++i) {
+      for (int i = 0; i < (by_rows ? kRolledSize.width : kRolledSize.height); ++i) {
         const int x = by_rows ? i : line, y = by_rows ? line : i;
         EXPECT_NEAR(rolling(x, y), whole(x, y), 1e-4) << x << " " << y;
       }
@@ -62,7 +62,7 @@ TEST(RollingShutter, ACornerIsWhereThePoseOfItsLineHasIt) {
     EXPECT_EQ(corners.size(), points.size());
     double largest = 0;
     for (const Observation& o : corners) {
-      const double seconds = scene.sensor.shutter.seconds_at(o.pixel, kSize);
+      const double seconds = scene.sensor.shutter.seconds_at(o.pixel, kRolledSize);
       const Pose pose = moved_for(seconds, scene.velocity, kFacing);
       const auto pixel = project(scene.camera.lens, pose * points.at(o.id));
       ASSERT_TRUE(pixel);
@@ -76,9 +76,9 @@ TEST(RollingShutter, ACornerIsWhereThePoseOfItsLineHasIt) {
 
 TEST(RollingShutter, TheMiddleOfThePictureIsReadAtThePoseOfTheView) {
   const RollingShutter down{0.02};
-  EXPECT_NEAR(down.seconds_at({7, 31.5}, kSize), 0, 1e-15);
-  EXPECT_NEAR(down.seconds_at({7, -0.5}, kSize), -0.01, 1e-15);
-  EXPECT_NEAR((RollingShutter{0.02, ReadDirection::left}.seconds_at({-0.5, 3}, kSize)), 0.01,
+  EXPECT_NEAR(down.seconds_at({7, 31.5}, kRolledSize), 0, 1e-15);
+  EXPECT_NEAR(down.seconds_at({7, -0.5}, kRolledSize), -0.01, 1e-15);
+  EXPECT_NEAR((RollingShutter{0.02, ReadDirection::left}.seconds_at({-0.5, 3}, kRolledSize)), 0.01,
               1e-15);
 }
 
@@ -103,7 +103,7 @@ TEST(RollingShutter, DepthIsThatOfThePoseOfTheLine) {
   const ImageF rolling = render_depth(scene, kFacing);
   Scene still = scene;
   still.velocity = {};
-  const double seconds = scene.sensor.shutter.seconds_at({0, 40}, kSize);
+  const double seconds = scene.sensor.shutter.seconds_at({0, 40}, kRolledSize);
   const ImageF whole = render_depth(still, moved_for(seconds, scene.velocity, kFacing));
   for (int x = 40; x < 50; ++x) EXPECT_NEAR(rolling(x, 40), whole(x, 40), 1e-6);
 }
@@ -147,7 +147,7 @@ TEST(RollingShutter, DoesNotGoWithAFocus) {
 // A circle of 2 m at a turn a second: v = 2 pi r, w = 2 pi.
 TEST(RollingShutter, TheVelocityAlongAPathIsItsDerivative) {
   MovingScene moving;
-  moving.settings.camera = {pinhole(90, 90, 47.5, 31.5), kSize};
+  moving.settings.camera = {pinhole(90, 90, 47.5, 31.5), kRolledSize};
   moving.settings.num_views = 11;
   moving.settings.path = RingPath{{0, 0, 0}, 2, 0, std::numbers::pi, {0, 0, 0}};
   moving.period_s = 0.05;

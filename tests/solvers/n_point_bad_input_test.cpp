@@ -49,7 +49,7 @@ bool spoil(Problem& p, std::size_t kind, Random& random) {
       std::fill(p.rays.begin(), p.rays.end(), p.rays[0]);
       return true;
     case 7: {  // on a line, seen where it is
-      const Vector3d a = p.points[0], d = normal_vector(random);
+      const Vector3d a = p.points[0], d = random_vector(random);
       for (std::size_t k = 0; k < n; ++k) {
         p.points[k] = a + random.uniform(-1, 1) * d;
         p.rays[k] = p.truth * p.points[k];
@@ -115,7 +115,7 @@ TEST(NPointBadInput, RandomRaysNeverGiveAnImproperPose) {
   for (int i = 0; i < kTrials / 2; ++i) {
     const int n = 3 + static_cast<int>(random.index(6));
     Problem p = make_problem({"any", n, i % 2 ? 1.0 : 0.0, 3}, 0, random);
-    for (Vector3d& v : p.rays) v = normal_vector(random);
+    for (Vector3d& v : p.rays) v = random_vector(random);
     ASSERT_NO_FATAL_FAILURE(expect_proper(pnp(p.points, p.rays), p)) << i;
   }
 }

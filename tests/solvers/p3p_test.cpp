@@ -37,7 +37,7 @@ TEST(P3p, FindsTheTruthAndOnlySolutions) {
     Random random(1, static_cast<std::uint64_t>(views));
     std::vector<double> errors;
     for (int i = 0; i < 20000; ++i) {
-      const Three points = {normal_vector(random), normal_vector(random), normal_vector(random)};
+      const Three points = {random_vector(random), random_vector(random), random_vector(random)};
       const Pose truth = random_pose(random, place(views, random));
       const Three rays = rays_of(points, truth);
       expect_sound(p3p(points, rays), points, rays);
@@ -74,7 +74,7 @@ TEST(P3p, FindsAllThatAp3pFinds) {
   const cv::Matx33d identity = cv::Matx33d::eye();
   int found = 0, missed = 0;
   for (int i = 0; i < 2000; ++i) {
-    const Three points = {normal_vector(random), normal_vector(random), normal_vector(random)};
+    const Three points = {random_vector(random), random_vector(random), random_vector(random)};
     const Pose truth = random_pose(random, place(Views::usual, random));
     std::vector<cv::Point3d> object;
     std::vector<cv::Point2d> image;

@@ -1,4 +1,5 @@
 #include "tagcal/solvers/weak_perspective.hpp"
+#include "poses.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,8 +10,6 @@
 #include <limits>
 #include <vector>
 
-#include "tagcal/random.hpp"
-
 namespace tagcal {
 namespace {
 
@@ -20,9 +19,9 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 #ifdef NDEBUG
-constexpr int kTrials = 10000;
+constexpr int kWeakTrials = 10000;
 #else
-constexpr int kTrials = 1000;  // the same draws, fewer of them
+constexpr int kWeakTrials = 1000;  // the same draws, fewer of them
 #endif
 
 struct Problem {
@@ -30,11 +29,6 @@ struct Problem {
   std::vector<Vector2d> pixels;
   WeakPerspectivePose truth;
 };
-
-Quaterniond random_rotation(Random& random) {
-  return Quaterniond(random.normal(), random.normal(), random.normal(), random.normal())
-      .normalized();
-}
 
 void observe(Problem& p, double sigma_px, Random& random) {
   p.pixels.clear();
@@ -97,7 +91,7 @@ void expect_proper(const Solutions<WeakPerspectivePose, 2>& poses, const Problem
 TEST(WeakPerspective, FindsTheTruthInSpaceWithoutNoise) {
   for (const int n : {4, 5, 8, 30}) {
     Random random(1);
-    for (int i = 0; i < kTrials; ++i) {
+    for (int i = 0; i < kWeakTrials; ++i) {
       // Four points may lie almost in a plane.
       const Problem p = make_problem(n, 1, 0, random);
       const auto poses = weak_perspective_poses(p.points, p.pixels);
@@ -113,7 +107,7 @@ TEST(WeakPerspective, FindsTheTruthInSpaceWithoutNoise) {
 TEST(WeakPerspective, FindsTheTruthOfAPlaneAndItsOtherTilt) {
   for (const int n : {4, 8, 30}) {
     Random random(2);
-    for (int i = 0; i < kTrials; ++i) {
+    for (int i = 0; i < kWeakTrials; ++i) {
       const Problem p = make_problem(n, 0, 0, random);
       const auto poses = weak_perspective_poses(p.points, p.pixels);
       ASSERT_NO_FATAL_FAILURE(expect_proper(poses, p)) << i;
@@ -127,7 +121,7 @@ TEST(WeakPerspective, FindsTheTruthOfAPlaneAndItsOtherTilt) {
 TEST(WeakPerspective, NearlyAPlaneIsRightToo) {
   for (const double thickness : {1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1}) {
     Random random(3);
-    for (int i = 0; i < kTrials / 5; ++i) {
+    for (int i = 0; i < kWeakTrials / 5; ++i) {
       const Problem p = make_problem(8, thickness, 0, random);
       const auto poses = weak_perspective_poses(p.points, p.pixels);
       ASSERT_NO_FATAL_FAILURE(expect_proper(poses, p)) << i;
@@ -245,7 +239,7 @@ TEST(WeakPerspective, UnitAndOriginDoNotMatter) {
 TEST(WeakPerspective, BadInputGivesNone) {
   Random random(7);
   const double infinity = std::numeric_limits<double>::infinity();
-  for (int i = 0; i < kTrials; ++i) {
+  for (int i = 0; i < kWeakTrials; ++i) {
     const int n = 4 + static_cast<int>(random.index(10));
     Problem p = make_problem(n, i % 2 ? 1 : 0, 0, random);
     const std::size_t k = random.index(p.points.size());
@@ -282,7 +276,7 @@ TEST(WeakPerspective, BadInputGivesNone) {
 
 TEST(WeakPerspective, RandomPixelsNeverGiveAnImproperPose) {
   Random random(8);
-  for (int i = 0; i < kTrials; ++i) {
+  for (int i = 0; i < kWeakTrials; ++i) {
     const int n = 4 + static_cast<int>(random.index(6));
     Problem p = make_problem(n, std::pow(10, random.uniform(-8, 0)), 0, random);
     for (Vector2d& u : p.pixels) u = 300 * Vector2d(random.normal(), random.normal());

@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 std::atomic<int> calls = 0;
 
 // Odd trials have a row; `b` runs until two of them have one.
-Study small_study() {
+Study counted_study() {
   const auto measure = [](std::uint64_t trial) -> std::vector<Values> {
     ++calls;
     if (trial % 2 == 0) return {};
@@ -49,7 +49,7 @@ StudyOptions options_of(int count, const fs::path& csv = {}) {
 }
 
 TEST(Harness, TablesAreQueriesOnTheRows) {
-  const Study study = small_study();
+  const Study study = counted_study();
   const std::vector<Row> rows = run_study(study, options_of(5));
   ASSERT_EQ(rows.size(), 5u);  // 1, 3, 5 of a; 1, 3 of b
   EXPECT_EQ(rows[3].task, "b");
@@ -63,7 +63,7 @@ TEST(Harness, ResumesFromItsFileAndGivesTheSameBytes) {
   const fs::path file = fs::path(testing::TempDir()) / "harness_test.csv";
   const fs::path whole = fs::path(testing::TempDir()) / "harness_test_whole.csv";
   fs::remove(file), fs::remove(whole);
-  const Study study = small_study();
+  const Study study = counted_study();
   run_study(study, options_of(3, file));
   calls = 0;
   run_study(study, options_of(7, file));

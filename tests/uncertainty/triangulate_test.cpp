@@ -15,20 +15,21 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr ImageSize kSize = {1280, 800};
+constexpr ImageSize kTriangulatedSize = {1280, 800};
 
 // Three cameras beside one another; the last one has a fisheye.
 KnownRig three_cameras() {
   const Lens a = Perspective({900, 901, 640, 400, -0.1, 0.05, 0, 0, 0, 0, 0, 0});
   const Lens b = Fisheye({420, 420, 639, 402, 0.02, -0.01, 0.003, -0.0005});
   KnownRig rig;
-  rig.cameras.push_back({"left", {&Model::named("opencv4"), {a, kSize}, {}}, {}, std::nullopt});
+  rig.cameras.push_back(
+      {"left", {&Model::named("opencv4"), {a, kTriangulatedSize}, {}}, {}, std::nullopt});
   rig.cameras.push_back({"right",
-                         {&Model::named("opencv4"), {a, kSize}, {}},
+                         {&Model::named("opencv4"), {a, kTriangulatedSize}, {}},
                          Pose(exp_rotation({0.02, -0.03, 0.01}), {-0.3, 0.01, 0.02}),
                          std::nullopt});
   rig.cameras.push_back({"wide",
-                         {&Model::named("fisheye4"), {b, kSize}, {}},
+                         {&Model::named("fisheye4"), {b, kTriangulatedSize}, {}},
                          Pose(exp_rotation({-0.1, 0.05, 0.2}), {-0.1, 0.2, 0.0}),
                          std::nullopt});
   return rig;
@@ -48,10 +49,10 @@ std::vector<SeenPixel> seen_by(const KnownRig& rig, const Vector3d& x, double si
       std::vector<double> values = member.camera.model->free_values(lens);
       for (std::size_t i = 0; i < values.size(); ++i)
         values[i] += error[rig.first_of_lens(c) + static_cast<Eigen::Index>(i)];
-      lens = member.camera.model->lens(values, kSize).value();
+      lens = member.camera.model->lens(values, kTriangulatedSize).value();
     }
     const auto pixel = project(lens, place * x);
-    if (!pixel || !contains(kSize, *pixel)) return {};
+    if (!pixel || !contains(kTriangulatedSize, *pixel)) return {};
     seen.push_back({c,
                     {*pixel + sigma_px * Vector2d(random.normal(), random.normal()),
                      sigma_px * sigma_px * Matrix2::Identity()}});
@@ -171,7 +172,7 @@ TEST(Triangulate, RefusesWhatDoesNotFitTheRig) {
   rig.covariance = MatrixX::Zero(3, 3);
   EXPECT_THROW(triangulate(rig, seen), Error);
   rig.covariance.resize(0, 0);
-  rig.cameras[2].camera = {nullptr, {Parallel({100, 100, 0, 0, 0, 0}), kSize}, {}};
+  rig.cameras[2].camera = {nullptr, {Parallel({100, 100, 0, 0, 0, 0}), kTriangulatedSize}, {}};
   EXPECT_THROW(triangulate(rig, seen), Error);
 }
 

@@ -19,7 +19,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr ImageSize kSize = {1280, 800};
+constexpr ImageSize kCameraSize = {1280, 800};
 
 // A covariance with correlations and these standard deviations.
 MatrixX covariance_of(const VectorXd& sigmas, Random& random) {
@@ -41,14 +41,14 @@ UncertainCamera brown(Random& random) {
   const Lens lens = Perspective({900, 905, 640, 395, -0.2, 0.05, 1e-3, -1e-3, 0.01, 0, 0, 0});
   VectorXd sigmas(9);
   sigmas << 0.8, 0.7, 0.5, 0.6, 2e-3, 4e-3, 1e-4, 1e-4, 3e-3;
-  return {&Model::named("opencv5"), {lens, kSize}, covariance_of(sigmas, random)};
+  return {&Model::named("opencv5"), {lens, kCameraSize}, covariance_of(sigmas, random)};
 }
 
 UncertainCamera fisheye(Random& random) {
   const Lens lens = Fisheye({400, 402, 640, 395, 0.02, -0.01, 0.003, -0.0005});
   VectorXd sigmas(8);
   sigmas << 0.5, 0.4, 0.5, 0.6, 1e-3, 1e-3, 5e-4, 1e-4;
-  return {&Model::named("fisheye4"), {lens, kSize}, covariance_of(sigmas, random)};
+  return {&Model::named("fisheye4"), {lens, kCameraSize}, covariance_of(sigmas, random)};
 }
 
 // The lens with parameters drawn from its covariance.
@@ -56,7 +56,7 @@ UncertainCamera sample(const UncertainCamera& lens, Random& random) {
   std::vector<double> free = lens.model->free_values(lens.camera.lens);
   const VectorXd step = drawn(lens.covariance, random);
   for (std::size_t i = 0; i < free.size(); ++i) free[i] += step[static_cast<Eigen::Index>(i)];
-  return {nullptr, {*lens.model->lens(free, kSize), kSize}, {}};
+  return {nullptr, {*lens.model->lens(free, kCameraSize), kCameraSize}, {}};
 }
 
 // Mean outer product of samples about a value, beside its prediction: every variance along an
@@ -146,8 +146,8 @@ TEST_P(UncertainPoints, PointsOnAPlaneScatterAsTheirCovarianceSays) {
 }
 
 TEST_P(UncertainPoints, ThereAndBackIsThePixel) {
-  for (double u = 0; u < kSize.width; u += 61) {
-    for (double v = 0; v < kSize.height; v += 53) {
+  for (double u = 0; u < kCameraSize.width; u += 61) {
+    for (double v = 0; v < kCameraSize.height; v += 53) {
       const auto ray = direction(lens_, {{u, v}, Matrix2::Zero()});
       ASSERT_TRUE(ray);
       EXPECT_LT((project(lens_, *ray)->pixel - Vector2d(u, v)).norm(), 1e-9);

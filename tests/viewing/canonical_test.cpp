@@ -2,11 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <limits>
-#include <numbers>
-
+#include "poses.hpp"
 #include "tagcal/error.hpp"
-#include "tagcal/random.hpp"
 #include "tagcal/viewing/projection.hpp"
 #include "tagcal/viewing/viewport.hpp"
 
@@ -15,9 +12,6 @@ namespace {
 
 using Eigen::Matrix4d;
 using Eigen::Vector3d;
-
-constexpr double kPi = std::numbers::pi;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 const ViewVolume kFrustum{Projection::perspective, {-0.3, 0.5, -0.2, 0.4}, 0.6, 2};
 const ViewVolume kBox{Projection::parallel, {-3, 5, -2, 4}, 1, 9};

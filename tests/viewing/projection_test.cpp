@@ -2,11 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <limits>
-#include <numbers>
-
+#include "poses.hpp"
 #include "tagcal/error.hpp"
-#include "tagcal/random.hpp"
 
 namespace tagcal {
 namespace {
@@ -14,9 +11,6 @@ namespace {
 using Eigen::Matrix4d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-constexpr double kPi = std::numbers::pi;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 Vector3d image_of(const Matrix4d& projection, const Vector3d& x) {
   return divided(projection * x.homogeneous()).value();

@@ -2,10 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <numbers>
-
+#include "poses.hpp"
 #include "tagcal/error.hpp"
-#include "tagcal/random.hpp"
 #include "tagcal/viewing/projection.hpp"
 
 namespace tagcal {
@@ -14,8 +12,6 @@ namespace {
 using Eigen::Matrix4d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-constexpr double kPi = std::numbers::pi;
 
 const Camera kCamera{Perspective({900, 910, 651, 388, -0.2, 0.05, 1e-3, -1e-3, 0.01, 0, 0, 0}),
                      {1280, 800}};

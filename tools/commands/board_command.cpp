@@ -95,7 +95,7 @@ void check_dpi(const Arguments& arguments, const std::string& kind, const Board&
       std::ceil(kLeastPixelsOfCell * 25.4 / cell_mm), kLeastPixelsOfCell, cell_mm, dpi));
 }
 
-Image8 picture_of(const Sheet& sheet, double dpi) {
+Image8 picture_of(const PrintedSheet& sheet, double dpi) {
   const ImageSize size = sheet_size(sheet, dpi / 25.4);
   if (static_cast<double>(size.width) * size.height > kMaxPixels) {
     throw Error(
@@ -105,7 +105,7 @@ Image8 picture_of(const Sheet& sheet, double dpi) {
   return sheet_image(sheet, dpi / 25.4);
 }
 
-void write_sheet(const Arguments& arguments, const std::string& kind, const Sheet& sheet,
+void write_sheet(const Arguments& arguments, const std::string& kind, const PrintedSheet& sheet,
                  const std::string& title) {
   if (kind == ".svg")
     write_whole(arguments.out, sheet_svg(sheet, title));
@@ -158,7 +158,7 @@ void print_on_paper(const Arguments& arguments, const std::string& kind, const B
     return fitted_board(board, families, name, paper_named(arguments.paper), arguments.landscape);
   });
   check_dpi(arguments, kind, fitted.board, families);
-  const Sheet sheet = naming(
+  const PrintedSheet sheet = naming(
       arguments.target, [&] { return board_sheet(fitted.board, families, name, fitted.page); });
   write_sheet(arguments, kind, sheet, name);
   write_target(file, fitted.board);
@@ -170,7 +170,7 @@ void print_on_paper(const Arguments& arguments, const std::string& kind, const B
                               size_text(board)));
 }
 
-Tiling tiling_on_pages(const Sheet& sheet, const Paper& paper) {
+Tiling tiling_on_pages(const PrintedSheet& sheet, const Paper& paper) {
   const double pages =
       sheet.width_mm * sheet.height_mm / (paper.width_mm * paper.height_mm);  // and more
   if (pages > kMostPages)
@@ -179,12 +179,12 @@ Tiling tiling_on_pages(const Sheet& sheet, const Paper& paper) {
   return tiling_of(sheet, paper);
 }
 
-bool fits(const Sheet& sheet, const Paper& paper) {
+bool fits(const PrintedSheet& sheet, const Paper& paper) {
   return sheet.width_mm <= paper.width_mm && sheet.height_mm <= paper.height_mm;
 }
 
 // The smallest paper that takes the sheet; empty if none does.
-std::string paper_for(const Sheet& sheet) {
+std::string paper_for(const PrintedSheet& sheet) {
   for (const Paper& paper : kPapers)
     if (fits(sheet, paper) || fits(sheet, paper.landscape())) return std::string(paper.name);
   return "";
@@ -199,7 +199,8 @@ void print_true_to_scale(const Arguments& arguments, const std::string& kind, co
         fmt::format("{}: the smallest cells must be {} mm wide to be printed, got {:.3g} mm",
                     arguments.target, kLeastCell_mm, cell_mm));
   check_dpi(arguments, kind, board, families);
-  const Sheet sheet = naming(arguments.target, [&] { return board_sheet(board, families, name); });
+  const PrintedSheet sheet =
+      naming(arguments.target, [&] { return board_sheet(board, families, name); });
   std::string where;
   if (!arguments.tile.empty()) {
     const Tiling tiling = tiling_on_pages(sheet, paper_named(arguments.tile));

@@ -208,8 +208,8 @@ double least_cell_mm(const Board& board, const TagFamilies& families) {
   return kMm * least;
 }
 
-Sheet board_sheet(const Board& board, const TagFamilies& families, const std::string& name,
-                  const std::optional<Paper>& page) {
+PrintedSheet board_sheet(const Board& board, const TagFamilies& families, const std::string& name,
+                         const std::optional<Paper>& page) {
   return sheet_with_scale_bar(ink_mm(board, families), frame_of(board, families, name, page));
 }
 

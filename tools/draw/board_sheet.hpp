@@ -10,8 +10,8 @@ namespace tagcal::tools {
 
 // A flat board (z = 0) as a page to print, true to scale, with a scale bar and a caption that says
 // what it is; on a page of the given size, or as large as needed. `name` is that of its file.
-Sheet board_sheet(const Board& board, const TagFamilies& families, const std::string& name,
-                  const std::optional<Paper>& page = {});
+PrintedSheet board_sheet(const Board& board, const TagFamilies& families, const std::string& name,
+                         const std::optional<Paper>& page = {});
 
 // "6 x 6 tags of 88 mm", "8 x 5 corners, squares of 30 mm": what a user measures.
 std::string size_text(const Board& board);

@@ -141,14 +141,14 @@ Footer footer_of(double page_width, const SheetFrame& frame) {
 
 }  // namespace
 
-Sheet sheet_with_scale_bar(const std::vector<Contour>& ink_mm, const SheetFrame& frame) {
+PrintedSheet sheet_with_scale_bar(const std::vector<Contour>& ink_mm, const SheetFrame& frame) {
   Eigen::AlignedBox2d box;
   for (const Contour& outline : ink_mm) {
     for (const Vector2d& corner : outline) box.extend(corner);
   }
   const Vector2d size = frame.page_mm.value_or(needed_size(box.sizes(), frame));
   const Footer footer = footer_of(size.x(), frame);
-  Sheet sheet{size.x(), size.y(), {}};
+  PrintedSheet sheet{size.x(), size.y(), {}};
   const double bar_top = size.y() - frame.margin_mm - footer.size.y();
   const double left = (size.x() - box.sizes().x()) / 2, top = (bar_top - box.sizes().y()) / 2;
   for (const Contour& outline : ink_mm) {
@@ -173,7 +173,7 @@ Vector2d needed_size(const Vector2d& ink_mm, const SheetFrame& frame) {
           ink_mm.y() + 3 * frame.margin_mm + footer.size.y()};
 }
 
-std::string sheet_svg(const Sheet& sheet, const std::string& title) {
+std::string sheet_svg(const PrintedSheet& sheet, const std::string& title) {
   // One path, so that there is no seam between cells that touch.
   std::string path;
   const auto add = [&](const Contour& contour, int decimals) {
@@ -195,14 +195,14 @@ std::string sheet_svg(const Sheet& sheet, const std::string& title) {
       sheet.width_mm, sheet.height_mm, xml_text(title), path);
 }
 
-ImageSize sheet_size(const Sheet& sheet, double pixels_per_mm) {
+ImageSize sheet_size(const PrintedSheet& sheet, double pixels_per_mm) {
   const auto pixels = [&](double mm) {
     return static_cast<int>(std::min(std::ceil(mm * pixels_per_mm), 1e9));
   };
   return {pixels(sheet.width_mm), pixels(sheet.height_mm)};
 }
 
-Image8 sheet_image(const Sheet& sheet, double pixels_per_mm) {
+Image8 sheet_image(const PrintedSheet& sheet, double pixels_per_mm) {
   Outlines ink;
   for (Contour outline : sheet.ink) {
     for (Vector2d& corner : outline) corner *= pixels_per_mm;

@@ -27,7 +27,7 @@ using Contour = std::vector<Eigen::Vector2d>;
 
 // A page to print: black convex outlines that do not overlap, in millimetres from its upper-left
 // corner, x right, y down; and letters, each outside or hole of a letter a closed line.
-struct Sheet {
+struct PrintedSheet {
   double width_mm = 0;
   double height_mm = 0;
   std::vector<Contour> ink;
@@ -45,17 +45,17 @@ struct SheetFrame {
 // with its label, to check the scale of the print with a ruler, and the caption. On a page of given
 // size the ink is in the middle of what is above the bar; what does not fit reaches beyond the
 // page: see `needed_size`.
-Sheet sheet_with_scale_bar(const std::vector<Contour>& ink_mm, const SheetFrame& frame);
+PrintedSheet sheet_with_scale_bar(const std::vector<Contour>& ink_mm, const SheetFrame& frame);
 
 // The least size of the page for ink of this size.
 Eigen::Vector2d needed_size(const Eigen::Vector2d& ink_mm, const SheetFrame& frame);
 
 // SVG whose user unit is the millimetre.
-std::string sheet_svg(const Sheet& sheet, const std::string& title);
+std::string sheet_svg(const PrintedSheet& sheet, const std::string& title);
 
 // The page in pixels; the grey level of a pixel is its exact share of ink.
-ImageSize sheet_size(const Sheet& sheet, double pixels_per_mm);
-Image8 sheet_image(const Sheet& sheet, double pixels_per_mm);
+ImageSize sheet_size(const PrintedSheet& sheet, double pixels_per_mm);
+Image8 sheet_image(const PrintedSheet& sheet, double pixels_per_mm);
 
 // The outlines of a line of text, in millimetres, y down: outsides of letters have one sense of
 // rotation, holes the other one. `baseline` is the left end of the baseline, `height_mm` the size
@@ -64,7 +64,7 @@ std::vector<Contour> text_contours(const std::string& text, const Eigen::Vector2
                                    double height_mm);
 
 // A PDF of one page, true to scale.
-std::string sheet_pdf(const Sheet& sheet, const std::string& title);
+std::string sheet_pdf(const PrintedSheet& sheet, const std::string& title);
 
 // A page larger than the paper, cut into several that overlap.
 struct Tiling {
@@ -74,9 +74,9 @@ struct Tiling {
 };
 
 // The tiling with the fewest pages, in portrait or landscape.
-Tiling tiling_of(const Sheet& sheet, const Paper& paper);
+Tiling tiling_of(const PrintedSheet& sheet, const Paper& paper);
 
 // A PDF with a page for each tile, row by row from above, with marks where to cut and join.
-std::string tiled_pdf(const Sheet& sheet, const Tiling& tiling, const std::string& title);
+std::string tiled_pdf(const PrintedSheet& sheet, const Tiling& tiling, const std::string& title);
 
 }  // namespace tagcal::tools

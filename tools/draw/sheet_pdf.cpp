@@ -47,14 +47,14 @@ class Pdf {
   void end_page() { cairo_show_page(context_); }
 
   // The part of a sheet in a window of the page; its upper-left corner shows the sheet's `from`.
-  void draw_part(const Sheet& sheet, const Vector2d& from, const Vector2d& window,
+  void draw_part(const PrintedSheet& sheet, const Vector2d& from, const Vector2d& window,
                  const Vector2d& size) {
     cairo_save(context_);
     cairo_rectangle(context_, window.x(), window.y(), size.x(), size.y());
     cairo_clip(context_);
     cairo_translate(context_, window.x() - from.x(), window.y() - from.y());
     const Eigen::AlignedBox2d seen(from, from + size);
-    Sheet part{sheet.width_mm, sheet.height_mm, {}, sheet.letters};
+    PrintedSheet part{sheet.width_mm, sheet.height_mm, {}, sheet.letters};
     std::ranges::copy_if(sheet.ink, std::back_inserter(part.ink), [&](const Contour& outline) {
       Eigen::AlignedBox2d box;
       for (const Vector2d& corner : outline) box.extend(corner);
@@ -65,7 +65,7 @@ class Pdf {
   }
 
   // One path, so that there is no seam between cells that touch.
-  void draw(const Sheet& sheet) {
+  void draw(const PrintedSheet& sheet) {
     for (const Contour& outline : sheet.ink) add(outline);
     for (const Contour& contour : sheet.letters) add(contour);
     cairo_fill(context_);
@@ -95,7 +95,7 @@ int pages_for(double length_mm, double paper_mm) {
   return std::max(1, static_cast<int>(std::ceil((length_mm - kOverlap) / (window - kOverlap))));
 }
 
-Tiling tiling_on(const Sheet& sheet, const Paper& paper) {
+Tiling tiling_on(const PrintedSheet& sheet, const Paper& paper) {
   return {paper, pages_for(sheet.width_mm, paper.width_mm),
           pages_for(sheet.height_mm, paper.height_mm)};
 }
@@ -141,7 +141,7 @@ std::string label(const Tiling& tiling, int column, int row) {
 
 }  // namespace
 
-std::string sheet_pdf(const Sheet& sheet, const std::string& title) {
+std::string sheet_pdf(const PrintedSheet& sheet, const std::string& title) {
   Pdf pdf(title);
   pdf.start_page(sheet.width_mm, sheet.height_mm);
   pdf.draw(sheet);
@@ -149,12 +149,12 @@ std::string sheet_pdf(const Sheet& sheet, const std::string& title) {
   return pdf.finish();
 }
 
-Tiling tiling_of(const Sheet& sheet, const Paper& paper) {
+Tiling tiling_of(const PrintedSheet& sheet, const Paper& paper) {
   const Tiling upright = tiling_on(sheet, paper), lying = tiling_on(sheet, paper.landscape());
   return lying.columns * lying.rows < upright.columns * upright.rows ? lying : upright;
 }
 
-std::string tiled_pdf(const Sheet& sheet, const Tiling& tiling, const std::string& title) {
+std::string tiled_pdf(const PrintedSheet& sheet, const Tiling& tiling, const std::string& title) {
   Pdf pdf(title);
   const Paper& paper = tiling.paper;
   const Vector2d inset(kInset, kInset);

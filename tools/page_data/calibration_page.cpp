@@ -99,7 +99,7 @@ PageJson calibration_page(const PageContent& content) {
   if (c.readout) page["readout"] = readout_json(*c.readout);
   page["warp"] = warp_json(content.dataset.boards, c.board_warp);
   page["ladder"] = ladder_json(c);
-  page["halves"] = halves_json(c.halves);
+  page["halves"] = halves_sentence_json(c.halves);
   page["advice"] = advice_json(content);
   page["formats"] = formats_json(c, notes);
   page["notes"] = notes;

@@ -163,7 +163,7 @@ PageJson ladder_json(const Calibration& calibration) {
   return list;
 }
 
-PageJson halves_json(const std::optional<HalvesCheck>& halves) {
+PageJson halves_sentence_json(const std::optional<HalvesCheck>& halves) {
   if (!halves) return nullptr;
   return {{"ratio", significant(halves->ratio)},
           {"disagree", halves->disagree},

@@ -73,7 +73,7 @@ PageJson parameters_json(const Calibration& calibration);
 // corners.
 PageJson projection_maps_json(const PageContent& content);
 PageJson ladder_json(const Calibration& calibration);
-PageJson halves_json(const std::optional<HalvesCheck>& halves);
+PageJson halves_sentence_json(const std::optional<HalvesCheck>& halves);
 
 // A view each, with its picture; `thumbnails` by view. Notes about pictures go to `notes`.
 PageJson views_json(const PageContent& content, const std::vector<PageCorner>& corners,

@@ -18,6 +18,8 @@ namespace tagcal::tools {
 // The folder in that of `calibrate --out` with a summary NAME.json of each data set.
 inline constexpr const char* kSummaryFolder = "summary";
 
+inline constexpr double kYearDays = 365.25;
+
 // What a fleet needs of the calibration of one data set, the part of its summary
 // (many_outcomes.hpp) that `tagcal fleet` reads: a hundred thousand of these are in memory at once.
 struct FleetRow {

@@ -10,8 +10,6 @@
 namespace tagcal::tools {
 namespace {
 
-constexpr double kYear = 365.25;  // days
-
 // The calibrations of a serial that have a date and the kind of the latest.
 std::vector<std::size_t> dated_units(const Fleet& fleet, const std::vector<std::size_t>& units) {
   std::vector<std::size_t> dated;
@@ -71,8 +69,8 @@ void judge_drift(Fleet& fleet, FleetDrift& drift) {
   latest.reason =
       is_trend ? fmt::format("{} {:+.3g} +- {:.2g} a year",
                              fleet.groups[drift.group].names[drift.parameter],
-                             kYear * drift.trend.slopes(most, 0),
-                             kYear * std::sqrt(fleet.inflation) * drift.trend.sigmas(most, 0))
+                             kYearDays * drift.trend.slopes(most, 0),
+                             kYearDays * std::sqrt(fleet.inflation) * drift.trend.sigmas(most, 0))
                : "it changed between its calibrations by more than their uncertainty";
 }
 

@@ -14,7 +14,6 @@ namespace tagcal::tools {
 namespace {
 
 constexpr std::size_t kNamed = 3;  // units of the verdict
-constexpr double kYear = 365.25;   // days
 
 // "12 not_observable, 9 degenerate, 8 error"
 std::string statuses_text(const Fleet& fleet) {
@@ -128,8 +127,9 @@ std::vector<std::string> drift_lines(const Fleet& fleet) {
   for (std::size_t k = 0; k < std::min(drifts.size(), kWorstUnits); ++k) {
     const FleetDrift& drift = *drifts[k];
     const auto at = static_cast<Eigen::Index>(drift.parameter);
-    const Measured slope = measured(kYear * drift.trend.slopes(at, 0),
-                                    kYear * std::sqrt(fleet.inflation) * drift.trend.sigmas(at, 0));
+    const Measured slope =
+        measured(kYearDays * drift.trend.slopes(at, 0),
+                 kYearDays * std::sqrt(fleet.inflation) * drift.trend.sigmas(at, 0));
     lines.push_back(fmt::format(
         "{}: {} {} +- {} a year, p {:.2g} ({} calibrations){}", drift.serial,
         fleet.groups[drift.group].names[drift.parameter], slope.value, slope.sigma, drift.p_days,

@@ -15,8 +15,6 @@
 namespace tagcal::tools {
 namespace {
 
-using Json = nlohmann::json;
-
 std::string free_names(const Model& model) {
   return internal::joined(model.free(), " ", &FreeParameter::name);
 }
@@ -67,7 +65,7 @@ MatrixX matrix_of(const std::vector<double>& triangle, std::size_t size) {
   return matrix;
 }
 
-FleetRow row_of(const Json& json) {
+FleetRow row_of(const nlohmann::json& json) {
   FleetRow row;
   row.status = json.at("status");
   row.reason = json.at("reason");
@@ -112,7 +110,7 @@ FleetRow fleet_row(const std::string& name, const CalibrationFile& file) {
   return row;
 }
 
-Json fleet_row_json(const FleetRow& row) {
+nlohmann::json fleet_row_json(const FleetRow& row) {
   return {{"status", row.status},
           {"reason", row.reason},
           {"lens", row.lens},
@@ -127,7 +125,7 @@ Json fleet_row_json(const FleetRow& row) {
 FleetRow read_summary(const std::filesystem::path& file) {
   FleetRow row;
   try {
-    const Json kept = Json::parse(read_text(file));
+    const nlohmann::json kept = nlohmann::json::parse(read_text(file));
     row = row_of(kept.at("unit"));
     row.made_by = kept.at("made_by");
   } catch (const std::exception&) {

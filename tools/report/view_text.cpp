@@ -41,7 +41,7 @@ Json volume_json(const ViewVolume& volume) {
           {"normalising_steps", steps}};
 }
 
-Json vanishing_json(const ViewingPipeline& pipeline) {
+Json vanishing_points_json(const ViewingPipeline& pipeline) {
   Json result;
   for (int axis = 0; axis < 3; ++axis) {
     Json points = Json::array();
@@ -109,7 +109,7 @@ std::string view_json(const ViewReport& report) {
                                         {"vertical", degrees(fov->vertical_rad)},
                                         {"diagonal", degrees(fov->diagonal_rad)}})
                                 : Json()},
-      {"vanishing_points_px", vanishing_json(report.pipeline)},
+      {"vanishing_points_px", vanishing_points_json(report.pipeline)},
       {"matrices", matrices_json(report)},
       {"view_volume", volume_json(report.pipeline.volume)},
       {"point",

@@ -10,7 +10,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kWidth = 0.66;  // of the board, metres
+constexpr double kBoardWidth = 0.66;  // of the board, metres
 
 PoseQuestion focal_question(PoseTask task) {
   PoseQuestion question = all_right(std::move(task));
@@ -76,7 +76,7 @@ StabilityMap focal_distance_map() {
         exp_rotation(40 * kDegree * Vector3d(std::cos(azimuth), std::sin(azimuth), 0));
     const Eigen::Quaterniond facing(0, 1, 0, 0);
     task.camera_from_target =
-        Pose(tilt * facing * exp_rotation({0, 0, roll}), {0, 0, at[0] * kWidth});
+        Pose(tilt * facing * exp_rotation({0, 0, roll}), {0, 0, at[0] * kBoardWidth});
     see(tag_grid_points(3), task, random);
     return task;
   });

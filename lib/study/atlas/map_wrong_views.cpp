@@ -10,7 +10,7 @@
 namespace tagcal::study {
 namespace {
 
-enum Kind { anywhere, swapped, turned, other_ids };
+enum class MixedViews { anywhere, swapped, turned, other_ids };
 
 constexpr int kTags = 9;
 
@@ -27,14 +27,14 @@ Board points_of(const Board& tags) {
 
 // The numbers of a view's corners after a mix-up of some tags; corners that keep theirs are
 // correct.
-std::vector<int> mixed_names(Kind kind, const std::vector<std::size_t>& tags) {
+std::vector<int> mixed_names(MixedViews kind, const std::vector<std::size_t>& tags) {
   std::vector<int> names(4 * kTags);
   for (int i = 0; i < 4 * kTags; ++i) names[static_cast<std::size_t>(i)] = i;
   for (std::size_t t = 0; t < tags.size(); ++t) {
     const std::size_t tag = 4 * tags[t];
-    if (kind == swapped) std::swap(names[tag], names[tag + 1]);
-    if (kind == turned) std::rotate(&names[tag], &names[tag] + 1, &names[tag] + 4);
-    if (kind == other_ids)
+    if (kind == MixedViews::swapped) std::swap(names[tag], names[tag + 1]);
+    if (kind == MixedViews::turned) std::rotate(&names[tag], &names[tag] + 1, &names[tag] + 4);
+    if (kind == MixedViews::other_ids)
       for (std::size_t c = 0; c < 4; ++c)
         names[tag + c] = static_cast<int>(4 * tags[(t + 1) % tags.size()] + c);
   }
@@ -42,7 +42,7 @@ std::vector<int> mixed_names(Kind kind, const std::vector<std::size_t>& tags) {
 }
 
 // Spoils one view of both data sets: `asked` has all corners, `good` those that stay correct.
-void spoil(View& asked, View& good, Kind kind, double share, Random& random) {
+void spoil(View& asked, View& good, MixedViews kind, double share, Random& random) {
   const auto tags = static_cast<std::size_t>(std::lround(share * kTags));
   const std::vector<int> names = mixed_names(kind, some_of(kTags, tags, random));
   const std::vector<std::size_t> corners = some_of(
@@ -55,7 +55,7 @@ void spoil(View& asked, View& good, Kind kind, double share, Random& random) {
     Observation& o = asked.observations[i];
     const int number = 4 * o.id.tag_id + o.id.corner;
     bool stays = true;
-    if (kind == anywhere) {
+    if (kind == MixedViews::anywhere) {
       stays = !moved.contains(i);
       if (!stays) o.pixel = {random.uniform(0, 1280), random.uniform(0, 800)};
     } else {
@@ -68,7 +68,7 @@ void spoil(View& asked, View& good, Kind kind, double share, Random& random) {
   good = right;
 }
 
-CalibrationQuestion wrong_in_part(Kind kind, double share, Random& random) {
+CalibrationQuestion wrong_in_part(MixedViews kind, double share, Random& random) {
   constexpr int kViews = 8;
   CalibrationTask task = pinhole_task();
   const Board tags = tag_board();
@@ -92,7 +92,7 @@ StabilityMap wrong_views_map() {
   map.axes = {{"share wrong", "", {0, 0.03, 0.1, 0.2, 0.3, 0.5}, {}},
               {"kind",
                "",
-               {anywhere, swapped, turned, other_ids},
+               {0, 1, 2, 3},  // MixedViews
                {"corners anywhere", "corners swapped", "tags turned", "ids exchanged"}}};
   map.what =
       "A few corners that are not what their name says pull a least-squares calibration away";
@@ -108,7 +108,8 @@ StabilityMap wrong_views_map() {
                   {our_calibration(), our_calibration_by_name(), opencv_calibration(),
                    opencv_calibration_of("pinhole")},
                   [](std::span<const double> at, Random& random) {
-                    return wrong_in_part(static_cast<Kind>(static_cast<int>(at[1])), at[0], random);
+                    return wrong_in_part(static_cast<MixedViews>(static_cast<int>(at[1])), at[0],
+                                         random);
                   });
   return map;
 }
