@@ -82,8 +82,8 @@ constexpr const char* kDocumentation =
     "estimated (as always).\n"
     "max_iterations: of each solve.\n"
     "threads: 0: one per core; the answer does not depend on it.\n"
-    "distances_m: of the maps of the projection's uncertainty; by default infinity and the "
-    "median distance of the corners.\n"
+    "distances_m: of further maps of the projection's uncertainty; the first two are at infinity "
+    "and at the median distance of the corners.\n"
     "times_s: the time of each view of a film in seconds: estimates the readout of a rolling "
     "shutter.";
 

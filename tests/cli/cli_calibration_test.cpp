@@ -160,7 +160,7 @@ TEST_F(Cli, DrawsTheUncertainty) {
   ASSERT_EQ(run(set + path("u.png")).exit_code, 0);
   EXPECT_EQ(slurp(path("u.png")).substr(1, 3), "PNG");
   const Json json = Json::parse(run(set + path("u.svg") + " --distance 3 --json").out);
-  EXPECT_EQ(json["projection"][1]["distance_m"], 3);
+  EXPECT_EQ(json["projection"][2]["distance_m"], 3);
   EXPECT_HAS(slurp(path("u.svg")), "at 3 m");
   expect_bad_input("calibrate " + path("set") + " --model weak --uncertainty " + path("u.svg"),
                    {"--uncertainty", "weak"});

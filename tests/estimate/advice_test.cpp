@@ -106,6 +106,20 @@ TEST(Advice, CovariancesOfCornersGiveTheSameAdvice) {
   EXPECT_NEAR(own->focal_sigma_px / stated->focal_sigma_px, 1, 0.1);
 }
 
+TEST(SelectedViews, DeviationsAreInflatedAsThoseOfTheAnswer) {
+  const Dataset world = make_world(opencv5_lens(), 5);
+  Calibration c = calibrate(world, with_model("opencv5", 0.2));
+  c.variance_inflation = 1;
+  const ViewSelection before = select_views(world, c, 20);
+  c.variance_inflation = 4;
+  const ViewSelection after = select_views(world, c, 20);
+  EXPECT_NEAR(after.all_px, 2 * before.all_px, 1e-9 * after.all_px);
+  ASSERT_EQ(after.views.size(), before.views.size());
+  for (std::size_t i = 0; i < after.views.size(); ++i)
+    EXPECT_EQ(after.views[i].view, before.views[i].view);
+  EXPECT_NEAR(after.views.back().projection_px, after.all_px, 1e-9 * after.all_px);
+}
+
 TEST(WeakDirections, FocalLengthAndDistance) {
   // Few and nearly frontal views.
   const Calibration c = calibrate(make_world(kLens, 3, flat_views(5)), with_model("f", 0.2));

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "calibrations.hpp"
 #include "tagcal/error.hpp"
@@ -139,6 +140,19 @@ TEST(Calibrate, AnUncertaintyNeedsADistance) {
     options.distances_m = {distance};
     EXPECT_THROW(calibrate(make_world(pinhole(900, 900, 639.5, 399.5), 1), options), Error);
   }
+}
+
+TEST(Calibrate, FurtherDistancesChangeNoClaim) {
+  const Dataset world = make_world(opencv5_lens(), 1);
+  const Calibration plain = calibrate(world);
+  CalibrateOptions options;
+  options.distances_m = {0.2, std::numeric_limits<double>::infinity(), 30};
+  const Calibration further = calibrate(world, options);
+  ASSERT_EQ(further.projection.size(), 4u);
+  EXPECT_EQ(further.projection[1].distance_m, plain.projection[1].distance_m);
+  EXPECT_EQ(further.projection[3].distance_m, 30);
+  EXPECT_EQ(camera_error_px(further), camera_error_px(plain));
+  EXPECT_EQ(further.findings.size(), plain.findings.size());
 }
 
 TEST(Calibrate, FrontalBoardsHoldNoFocalLength) {

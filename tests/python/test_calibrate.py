@@ -194,7 +194,8 @@ def test_every_option_has_its_effect() -> None:
     assert abs(still.seconds) < 4 * still.sigma_s and still.num_views == len(pixels)
     assert calibrated(model="opencv4").readout is None
     far = calibrated(model="opencv4", distances_m=[np.inf, 0.5, 2]).projection
-    assert [p.distance_m for p in far] == [np.inf, 0.5, 2.0]
+    median = calibrated(model="opencv4").projection[1].distance_m
+    assert [p.distance_m for p in far] == [np.inf, median, 0.5, 2.0]
     spoiled = [p.copy() for p in pixels]
     spoiled[2][7] += 40
     found = tagcal.calibrate(points, spoiled, SIZE)

@@ -30,7 +30,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Arguments {
+struct CalibrateArguments {
   CalibrationJob job;
   std::string out;
   std::string uncertainty;         // a picture
@@ -50,7 +50,7 @@ struct Arguments {
 
 bool is_auto(const std::string& model) { return model.empty() || model == "auto"; }
 
-void check_usage(const Arguments& arguments, bool several) {
+void check_usage(const CalibrateArguments& arguments, bool several) {
   if (several && !arguments.report.empty())
     throw Error("--report: shows one camera only; tagcal report shows each calibration file");
   if (several && !arguments.job.keep.empty())
@@ -66,7 +66,7 @@ void check_usage(const Arguments& arguments, bool several) {
     throw Error("--uncertainty: model weak has no lens to draw");
 }
 
-void check_report(const Arguments& arguments) {
+void check_report(const CalibrateArguments& arguments) {
   if (arguments.report.empty()) return;
   const InputArguments& input = arguments.job.input;
   std::vector<std::string> files = input.inputs;
@@ -75,14 +75,15 @@ void check_report(const Arguments& arguments) {
 }
 
 // What the camera is called: the folder of its pictures or its data set.
-std::string name_of_input(const Arguments& arguments) {
+std::string name_of_input(const CalibrateArguments& arguments) {
   const fs::path input = arguments.job.input.inputs.front();
   if (fs::is_directory(input)) return last_part(input.string());
   const fs::path folder = fs::absolute(input).parent_path();
   return last_part(folder.string());
 }
 
-void write_report(const Arguments& arguments, const CalibrationAnswer& answer, Input used) {
+void write_report(const CalibrateArguments& arguments, const CalibrationAnswer& answer,
+                  Input used) {
   PageContent content;
   content.calibration = answer.calibration;
   content.title = fmt::format("{}: {}", name_of_input(arguments), answer.calibration.model);
@@ -98,7 +99,7 @@ void write_report(const Arguments& arguments, const CalibrationAnswer& answer, I
 }
 
 // Writes the files that were asked for, and adds the time.
-void write_files(const Arguments& arguments, CalibrationAnswer& answer, Input used) {
+void write_files(const CalibrateArguments& arguments, CalibrationAnswer& answer, Input used) {
   const Stopwatch watch;
   const Calibration& calibration = answer.calibration;
   const bool answered = is_answer(calibration.status);
@@ -114,7 +115,7 @@ void write_files(const Arguments& arguments, CalibrationAnswer& answer, Input us
 }
 
 // Throws Error, with a file to type, if --out is a folder.
-void check_file_of_one(const Arguments& arguments) {
+void check_file_of_one(const CalibrateArguments& arguments) {
   const fs::path out = arguments.out;
   if (out.empty() || (out.has_filename() && !fs::is_directory(out)))
     return check_yaml_writable(out);
@@ -125,7 +126,7 @@ void check_file_of_one(const Arguments& arguments) {
                           fs::is_directory(out) ? "" : ", after making the folder"));
 }
 
-int run_one(const Arguments& arguments) {
+int run_one(const CalibrateArguments& arguments) {
   check_report(arguments);
   check_file_of_one(arguments);
   check_drawing_writable(arguments.uncertainty);
@@ -154,7 +155,7 @@ int run_one(const Arguments& arguments) {
 
 // Several folders are several cameras: data sets, or with --target pictures. Several inputs without
 // --target are data sets too, unless all of them are files.
-bool are_several_cameras(const Arguments& arguments) {
+bool are_several_cameras(const CalibrateArguments& arguments) {
   const InputArguments& input = arguments.job.input;
   const auto is_folder = [](const auto& path) { return fs::is_directory(path); };
   if (arguments.one_camera && input.target.empty())
@@ -189,7 +190,7 @@ std::map<std::string, double> fixed_values(const std::vector<std::string>& texts
 }
 
 // Applies what the user states instead of having it estimated.
-void overrule(const Arguments& arguments, CalibrateOptions& options) {
+void overrule(const CalibrateArguments& arguments, CalibrateOptions& options) {
   options.reject_outliers = !arguments.keep_all;
   options.fixed = fixed_values(arguments.fixed);
   if (arguments.start.empty()) return;
@@ -205,13 +206,13 @@ std::string deciding_options(const CLI::App& command, const std::string& start) 
   return start.empty() ? options : options + " " + digest_of_file(start);
 }
 
-int run(const CLI::App& command, const Arguments& given) {
-  Arguments arguments = given;
+int run(const CLI::App& command, const CalibrateArguments& given) {
+  CalibrateArguments arguments = given;
   CalibrateOptions& options = arguments.job.options;
   overrule(arguments, options);
   arguments.job.until_px = goal_of(arguments.until);
   arguments.job.shutter = shutter_of(arguments.shutter, arguments.job.input.default_frames);
-  if (arguments.near_m > 0) options.distances_m = {kInfinitelyFar, arguments.near_m};
+  if (arguments.near_m > 0) options.distances_m = {arguments.near_m};
   naming_options([&] { check_options(options); });  // before any work
   const bool several = are_several_cameras(arguments);
   check_usage(arguments, several);
@@ -223,7 +224,7 @@ int run(const CLI::App& command, const Arguments& given) {
 }
 
 // The corners, their noise, and the model.
-void add_data(CLI::App& command, Arguments& arguments) {
+void add_data(CLI::App& command, CalibrateArguments& arguments) {
   CalibrationJob& job = arguments.job;
   add_input(command, job.input);
   add_observations(command, job.input);
@@ -244,7 +245,7 @@ void add_data(CLI::App& command, Arguments& arguments) {
       .seldom();
 }
 
-void add_outputs(CLI::App& command, Arguments& arguments) {
+void add_outputs(CLI::App& command, CalibrateArguments& arguments) {
   add_option(command, "--out", arguments.out,
              "file for the camera, written if there is an answer; for several cameras a folder, "
              "with one file each")
@@ -257,13 +258,13 @@ void add_outputs(CLI::App& command, Arguments& arguments) {
              "a page to look at: residuals, uncertainty, models, views, the next view (report.md)")
       .text("FILE.html");
   add_length(command, "--distance", arguments.near_m,
-             "distance in metres at which the uncertainty is given beside infinity; default: "
-             "the corners' median")
+             "distance in metres at which the uncertainty is given, too, beside infinity and the "
+             "corners' median")
       .seldom();
 }
 
 // What the user states instead of having it estimated.
-void add_known_values(CLI::App& command, Arguments& arguments) {
+void add_known_values(CLI::App& command, CalibrateArguments& arguments) {
   add_flag(command, "--one-camera", arguments.one_camera,
            "with --target: all folders are of one camera");
   add_flag(command, "--keep-all", arguments.keep_all,
@@ -285,7 +286,7 @@ void add_known_values(CLI::App& command, Arguments& arguments) {
 }
 
 // Which corners take part, and how they are found.
-void add_corners_and_frames(CLI::App& command, Arguments& arguments) {
+void add_corners_and_frames(CLI::App& command, CalibrateArguments& arguments) {
   CalibrationJob& job = arguments.job;
   add_flag(command, "--board-warp", job.options.board_warp,
            "print the board's terms (bend, twist, print), which every calibration from one flat "
@@ -312,7 +313,7 @@ void add_corners_and_frames(CLI::App& command, Arguments& arguments) {
   add_shutter(command, arguments.shutter);
 }
 
-void add_run(CLI::App& command, Arguments& arguments) {
+void add_run(CLI::App& command, CalibrateArguments& arguments) {
   add_flag(command, "--resume", arguments.resume,
            "of several cameras, with --out: calibrate only those that have no outcome there yet; "
            "several processes can share the folder")
@@ -335,7 +336,7 @@ void add_run(CLI::App& command, Arguments& arguments) {
 
 Command add_calibrate(CLI::App& app) {
   CLI::App* command = add_command(app, "calibrate", "the camera and its standard deviations");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<CalibrateArguments>();
   for (const auto add : {add_data, add_outputs, add_known_values, add_corners_and_frames, add_run})
     add(*command, *arguments);
   add_footer(*command,

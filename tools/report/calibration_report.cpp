@@ -170,7 +170,7 @@ std::string_view noise_source(const Calibration& calibration) {
 std::string selection_text(const std::optional<ViewSelection>& selection) {
   if (!selection) return "";
   std::string text = fmt::format(
-      "selected   {}; the projection's sd at infinity by noise alone (RMS over the image) after "
+      "selected   {}; the projection's sd at infinity by the corners (RMS over the image) after "
       "each:\n",
       counted(selection->views.size(), "view"));
   double before = std::numeric_limits<double>::infinity();

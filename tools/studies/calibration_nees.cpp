@@ -18,13 +18,13 @@ namespace tagcal {
 using namespace study;
 namespace {
 
-struct Case {
+struct NoiseCase {
   const char* model;
   Lens lens;
   bool corner_covariances = false;  // each corner has its own, of random size and direction
 };
 
-WorldOptions world_options(const Case& c) {
+WorldOptions world_options(const NoiseCase& c) {
   WorldOptions options;
   options.num_views = 10;
   const bool wide = std::string(c.model) == "fisheye4" || std::string(c.model) == "opencv8";
@@ -48,12 +48,11 @@ void add_own_noise(Dataset& set, Random random) {
 }
 
 // The coefficients of the rational lens (p > 9) are correlated and not compared one by one.
-std::vector<Values> measure(const Case& c, std::uint64_t seed) {
+std::vector<Values> measure(const NoiseCase& c, std::uint64_t seed) {
   Dataset set = make_world(c.lens, seed, world_options(c));
   if (c.corner_covariances) add_own_noise(set, Random(seed, 3));
   CalibrateOptions options;
   options.model = c.model;
-  options.distances_m = {kInfinitelyFar};
   const Calibration r = calibrate(set, options);
   const double none = std::nan("");
   if (!is_answer(r.status)) return {{0., none, none, none, none, none, none}};
@@ -73,22 +72,22 @@ std::vector<Values> measure(const Case& c, std::uint64_t seed) {
            r.sigmas[0] * r.sigmas[0]}};
 }
 
-std::vector<Task> tasks(const StudyOptions&) {
+std::vector<Task> calibration_nees_tasks(const StudyOptions&) {
   const Lens rational =
       Perspective({500, 501, 651, 392, 0.5, 0.1, 5e-4, -3e-4, 0.01, 0.8, 0.15, 0.02});
-  const std::vector<Case> cases = {{"f", pinhole(900, 900, 639.5, 399.5)},
-                                   {"f+c", pinhole(900, 900, 651, 392)},
-                                   {"pinhole", pinhole(900, 896, 651, 392)},
-                                   {"radial1", Perspective({900, 900, 651, 392, -0.1})},
-                                   {"radial2", Perspective({900, 900, 651, 392, -0.2, 0.08})},
-                                   {"opencv5", opencv5_lens()},
-                                   {"opencv8", rational},
-                                   {"fisheye4", fisheye_lens()},
-                                   {"f", pinhole(900, 900, 639.5, 399.5), true},
-                                   {"opencv5", opencv5_lens(), true},
-                                   {"fisheye4", fisheye_lens(), true}};
+  const std::vector<NoiseCase> cases = {{"f", pinhole(900, 900, 639.5, 399.5)},
+                                        {"f+c", pinhole(900, 900, 651, 392)},
+                                        {"pinhole", pinhole(900, 896, 651, 392)},
+                                        {"radial1", Perspective({900, 900, 651, 392, -0.1})},
+                                        {"radial2", Perspective({900, 900, 651, 392, -0.2, 0.08})},
+                                        {"opencv5", opencv5_lens()},
+                                        {"opencv8", rational},
+                                        {"fisheye4", fisheye_lens()},
+                                        {"f", pinhole(900, 900, 639.5, 399.5), true},
+                                        {"opencv5", opencv5_lens(), true},
+                                        {"fisheye4", fisheye_lens(), true}};
   std::vector<Task> tasks;
-  for (const Case& c : cases)
+  for (const NoiseCase& c : cases)
     tasks.push_back({fmt::format("{}{}", c.model, c.corner_covariances ? ", own noise" : ""),
                      [c](std::uint64_t seed) { return measure(c, seed); }});
   return tasks;
@@ -102,7 +101,7 @@ Study calibration_nees_study() {
           .count = 2000,
           .columns = {"answer", "parameters", "pose", "projection", "projection_claim", "f2",
                       "f2_claim"},
-          .tasks = tasks,
+          .tasks = calibration_nees_tasks,
           .tables = {{{"task"},
                       {rows_in("seeds"), sum_of("answers", "answer"),
                        rms_of("parameters", "parameters", 3), rms_of("pose", "pose", 3),

@@ -101,7 +101,6 @@ Values row_of(const std::string& refinement, const Pictures& set, const std::vec
 std::vector<Values> measure(const Pictures& set) {
   CalibrateOptions options;
   options.model = set.model;
-  options.distances_m = {kInfinitelyFar};
   Dataset dataset{set.camera.image_size, set.boards, {}, {}};
   Calibration c;
   std::vector<Values> rows;
@@ -126,7 +125,7 @@ std::vector<Values> measure(const Pictures& set) {
   return rows;
 }
 
-std::vector<Task> tasks(const StudyOptions& options) {
+std::vector<Task> end_to_end_tasks(const StudyOptions& options) {
   std::vector<Task> tasks;
   for (const std::string& input : options.inputs) {
     if (fs::is_directory(input)) {
@@ -156,7 +155,7 @@ Study end_to_end_study() {
       .options = {{"views", "0", "of a scene; 0: its own number"}},
       .columns = {"corners", "found", "squares", "median_px", "p999_px", "claims", "nees",
                   "beyond_3", "beyond_5", "largest", "worst", "answer", "sd_f", "f_over_sd"},
-      .tasks = tasks,
+      .tasks = end_to_end_tasks,
       .tables = {{{"task", "corners"},
                   {sum_of("corners found", "found"), quantile_of("median px", "median_px", .5, 4),
                    root_ratio_of("rms px", "squares", "found", 4),

@@ -33,7 +33,7 @@ constexpr std::array<Run, 4> kRuns = {{{"opencv5", "opencv5"},
                                        {"auto", "auto"}}};
 constexpr double kFlat = 1e-6;  // numeric: share of the board's size, far below what corners show
 
-constexpr std::size_t kNumColumns = 10;
+constexpr std::size_t kNumSetColumns = 10;
 
 struct Folder {
   RealSet set;
@@ -46,7 +46,6 @@ Calibration calibrate_run(Dataset set, const Run& run) {
   CalibrateOptions options;
   options.model = run.model;
   options.reject_outliers = !run.keep_all;
-  options.distances_m = {kInfinitelyFar};
   return calibrate(set, options);
 }
 
@@ -85,7 +84,7 @@ Values row_of_run(const Folder& folder, const Run& run) {
                          run.flat ? "" : bends_text(c)};
     row.insert(row.end(), more.begin(), more.end());
   }
-  row.resize(kNumColumns - 1, "");
+  row.resize(kNumSetColumns - 1, "");
   row.emplace_back(warnings_text(c));
   return row;
 }
@@ -102,7 +101,7 @@ std::vector<Values> measure(const Folder& folder, std::uint64_t answer) {
            difference_px(folder.published, mrcal), "", "", ""}};
 }
 
-std::vector<Task> tasks(const StudyOptions& options) {
+std::vector<Task> real_corners_tasks(const StudyOptions& options) {
   std::vector<Task> tasks;
   std::vector<RealSet> sets = read_sets(options.inputs);
   for (std::size_t i = 0; i < sets.size(); ++i) {
@@ -133,7 +132,7 @@ Study real_corners_study() {
       .first = 0,
       .columns = {"answer", "model", "views", "corners", "parameters", "sd_px", "published_px",
                   "mrcal_px", "bends", "warnings"},
-      .tasks = tasks,
+      .tasks = real_corners_tasks,
       .tables = {{{"task", "answer"},
                   {text_of("model", "model"), sum_of("views", "views"),
                    sum_of("corners", "corners"), text_of("fx, fy, cx, cy", "parameters"),

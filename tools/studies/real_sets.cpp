@@ -37,7 +37,6 @@ Calibration calibrate_views(const Dataset& set, const std::vector<std::size_t>& 
                             const std::string& model) {
   CalibrateOptions options;
   options.model = model;
-  options.distances_m = {kInfinitelyFar};
   return calibrate(part_of(set, views), options);
 }
 

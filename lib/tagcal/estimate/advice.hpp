@@ -59,9 +59,9 @@ struct SelectionEnd {
 // Selects the `count` most informative views of a calibration (all of its views, if it has fewer):
 // each next one is the view after which the projection at infinity has the least variance over the
 // image, the measure of `advise`. Information is that of the corners with unknown poses, at the
-// calibration's lens and poses and for its noise. Until the views determine all parameters, a
-// millionth of the information of all views is added. Of equal views the first
-// is taken: the answer does not depend on chance. Rejected views are not selected. Empty if the
+// calibration's lens and poses and for its noise and variance_inflation. Until the views determine
+// all parameters, a millionth of the information of all views is added. Of equal views the first is
+// taken: the answer does not depend on chance. Rejected views are not selected. Empty if the
 // calibration has no covariance. `dataset`: the one that was calibrated; 1 <= count.
 ViewSelection select_views(const Dataset& dataset, const Calibration& calibration, int count,
                            const SelectionEnd& end = {});

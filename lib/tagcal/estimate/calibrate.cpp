@@ -221,9 +221,8 @@ Calibration calibrate(const Dataset& dataset, const CalibrateOptions& options) {
 }
 
 double camera_error_px(const Calibration& calibration) {
-  double projection = 0;
-  for (const ProjectionUncertainty& p : calibration.projection)
-    if (std::isfinite(p.distance_m) || projection == 0) projection = p.region_px;
+  const double projection =
+      calibration.projection.size() > 1 ? calibration.projection[1].region_px : 0;
   const double noise =
       calibration.sigma_of_corners ? calibration.model_error_px : calibration.sigma_px;
   return std::hypot(noise, std::isfinite(projection) ? projection : 0);

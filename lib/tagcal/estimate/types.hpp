@@ -155,8 +155,8 @@ struct CalibrateOptions {
   bool board_warp = false;      // throws Error unless there is one flat board
   int max_iterations = 100;     // of each solve
   std::size_t num_threads = 1;  // 0: one per core; the answer does not depend on it
-  // Distances at which the projection's uncertainty is computed, > 0; empty: infinity and the
-  // median distance of the corners.
+  // Distances at which the projection's uncertainty is computed, > 0, after infinity and the median
+  // distance of the corners.
   std::vector<double> distances_m;
 };
 
@@ -262,13 +262,15 @@ struct Calibration {
   MatrixX covariance;          // the same by the model's free parameters, in their order (k x k)
   std::vector<double> sigmas;  // standard deviation of each lens parameter; 0 for a held one
   std::map<std::string, double> fixed;  // lens parameters that were held, and their values
-  std::vector<ProjectionUncertainty> projection;  // one per distance; empty without a covariance
-  SeenRegion seen;                                // the part of the image with corners
-  std::optional<BoardWarp> board_warp;            // with one flat board
-  std::optional<HalvesCheck> halves;              // with six views or more
-  std::vector<WeakDirection> weak_directions;     // the weakest first, at most three
-  double rms_px = 0;                              // sqrt(sum |r|^2 / corners) over the inliers
-  double sigma_px = 0;                            // noise per coordinate, by the answer's residuals
+  // At infinity, at the median distance of the corners, then at those of the options; empty without
+  // a covariance.
+  std::vector<ProjectionUncertainty> projection;
+  SeenRegion seen;                             // the part of the image with corners
+  std::optional<BoardWarp> board_warp;         // with one flat board
+  std::optional<HalvesCheck> halves;           // with six views or more
+  std::vector<WeakDirection> weak_directions;  // the weakest first, at most three
+  double rms_px = 0;                           // sqrt(sum |r|^2 / corners) over the inliers
+  double sigma_px = 0;                         // noise per coordinate, by the answer's residuals
   bool sigma_from_residuals = false;
   bool sigma_of_corners = false;  // noise: the corners' own and model_error_px; sigma_px is 1 then
   // Noise per coordinate beyond the corners' own covariances, estimated from the residuals: errors

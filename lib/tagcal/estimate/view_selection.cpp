@@ -21,7 +21,8 @@ namespace {
 using Eigen::MatrixXd;
 using Points = std::map<CornerId, Eigen::Vector3d>;
 
-// A view that took part in the calibration, with its information for the calibration's noise.
+// A view that took part in the calibration, with its information for the calibration's noise and the
+// inflation of its variances.
 struct InformativeView {
   SelectedView view;
   MatrixXd information;
@@ -50,6 +51,7 @@ std::vector<InformativeView> candidates(const Dataset& dataset, const Calibratio
   std::map<std::size_t, std::set<std::size_t>> rejected;
   for (const Outlier& outlier : c.outliers) rejected[outlier.view].insert(outlier.corner);
   const double noise = c.sigma_of_corners ? 1 : c.sigma_px * c.sigma_px;
+  const double inflation = std::max(1.0, c.variance_inflation);
   const ViewRowTerms rows{image_centre(c.camera->image_size).y(), c.row_sigma / std::sqrt(noise)};
   std::vector<InformativeView> all;
   for (const CalibratedView& view : c.views) {
@@ -58,7 +60,7 @@ std::vector<InformativeView> candidates(const Dataset& dataset, const Calibratio
     const auto added = information_of(problem, c.camera->lens, model, view.camera_from_world, rows);
     if (!added || !added->schur.allFinite()) continue;
     const int count = static_cast<int>(problem.correspondences.size());
-    all.push_back({{view.view, view.image, count, 0}, added->schur / noise});
+    all.push_back({{view.view, view.image, count, 0}, added->schur / (inflation * noise)});
   }
   return all;
 }

@@ -87,8 +87,9 @@ void fill_projection(Calibration& c, const Solution& solution, const Evidence& e
   const UncertainCamera& lens = *c.claim;
   c.weak_directions = weak_directions(lens, samples);
   if (evidence.observability.status != Status::ok) return;
-  std::vector<double> distances = solution.options->distances_m;
-  if (distances.empty()) distances = {kInfinitelyFar, evidence.distance_m};
+  std::vector<double> distances = {kInfinitelyFar, evidence.distance_m};
+  for (const double distance : solution.options->distances_m)
+    if (std::ranges::find(distances, distance) == distances.end()) distances.push_back(distance);
   for (const double distance : distances)
     c.projection.push_back(projection_uncertainty(lens, {bundle.image_size}, samples, distance));
 }
