@@ -35,7 +35,7 @@ constexpr double kDpi = 300;
 constexpr double kLeastCell_mm = 0.01;    // half a dot of 1200 dpi
 constexpr double kLeastPixelsOfCell = 2;  // of a PNG: fewer make cells of different widths
 
-struct Arguments {
+struct BoardArguments {
   std::string target;
   std::string out;
   double dpi = 0;  // 0: not given
@@ -44,7 +44,7 @@ struct Arguments {
   bool landscape = false;
 };
 
-double dpi_of(const Arguments& arguments) { return arguments.dpi > 0 ? arguments.dpi : kDpi; }
+double dpi_of(const BoardArguments& arguments) { return arguments.dpi > 0 ? arguments.dpi : kDpi; }
 
 const Paper& paper_named(const std::string& name) {
   return *std::ranges::find(kPapers, name, &Paper::name);  // the option allows no other names
@@ -53,7 +53,7 @@ const Paper& paper_named(const std::string& name) {
 // For titles and captions.
 std::string printable_name(const fs::path& file) { return one_line_text(file.filename().string()); }
 
-void check(const Arguments& arguments, const std::string& kind) {
+void check(const BoardArguments& arguments, const std::string& kind) {
   if (kind != ".svg" && kind != ".png" && kind != ".pdf")
     throw Error(fmt::format("--out: must end in .svg, .png or .pdf, got {}", arguments.out));
   if (!arguments.tile.empty() && kind != ".pdf")
@@ -86,7 +86,7 @@ Board board_to_print(const std::string& file, std::vector<std::string>* warnings
 }
 
 // Throws Error for a resolution at which a picture cannot show the cells of the board.
-void check_dpi(const Arguments& arguments, const std::string& kind, const Board& board,
+void check_dpi(const BoardArguments& arguments, const std::string& kind, const Board& board,
                const TagFamilies& families) {
   const double cell_mm = least_cell_mm(board, families), dpi = dpi_of(arguments);
   if (kind != ".png" || cell_mm * dpi / 25.4 >= kLeastPixelsOfCell) return;
@@ -105,8 +105,8 @@ Image8 picture_of(const PrintedSheet& sheet, double dpi) {
   return sheet_image(sheet, dpi / 25.4);
 }
 
-void write_sheet(const Arguments& arguments, const std::string& kind, const PrintedSheet& sheet,
-                 const std::string& title) {
+void write_sheet(const BoardArguments& arguments, const std::string& kind,
+                 const PrintedSheet& sheet, const std::string& title) {
   if (kind == ".svg")
     write_whole(arguments.out, sheet_svg(sheet, title));
   else if (kind == ".pdf")
@@ -126,7 +126,7 @@ bool is_target(const fs::path& file) {
 
 // The file of the board that --paper makes, beside the picture. Throws Error if it is the target,
 // or another file than one of a target.
-fs::path fitted_file(const Arguments& arguments) {
+fs::path fitted_file(const BoardArguments& arguments) {
   const fs::path file = fs::path(arguments.out).replace_extension(".yaml");
   std::error_code no_such_file;
   if (fs::equivalent(file, arguments.target, no_such_file))
@@ -143,14 +143,14 @@ fs::path fitted_file(const Arguments& arguments) {
   return file;
 }
 
-TagFamilies families_of(const Arguments& arguments, const Board& board) {
+TagFamilies families_of(const BoardArguments& arguments, const Board& board) {
   return naming(arguments.target, [&] {
     check_tags(board);
     return tag_families({{board, Pose()}});
   });
 }
 
-void print_on_paper(const Arguments& arguments, const std::string& kind, const Board& board) {
+void print_on_paper(const BoardArguments& arguments, const std::string& kind, const Board& board) {
   const fs::path file = fitted_file(arguments);
   const std::string name = printable_name(file);
   const TagFamilies families = families_of(arguments, board);
@@ -190,8 +190,8 @@ std::string paper_for(const PrintedSheet& sheet) {
   return "";
 }
 
-void print_true_to_scale(const Arguments& arguments, const std::string& kind, const Board& board,
-                         std::vector<std::string>& warnings) {
+void print_true_to_scale(const BoardArguments& arguments, const std::string& kind,
+                         const Board& board, std::vector<std::string>& warnings) {
   const std::string name = printable_name(arguments.target);
   const TagFamilies families = families_of(arguments, board);
   if (const double cell_mm = least_cell_mm(board, families); cell_mm < kLeastCell_mm)
@@ -224,7 +224,7 @@ void print_true_to_scale(const Arguments& arguments, const std::string& kind, co
                         size_text(board), sheet.width_mm, sheet.height_mm, where));
 }
 
-int run(const Arguments& arguments) {
+int run(const BoardArguments& arguments) {
   const std::string kind = fs::path(arguments.out).extension().string();
   check(arguments, kind);
   check_writable(arguments.out);
@@ -243,7 +243,7 @@ int run(const Arguments& arguments) {
 
 Command add_board(CLI::App& app) {
   CLI::App* command = add_command(app, "board", "a target to print, true to scale");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<BoardArguments>();
   add_option(*command, "TARGET.yaml", arguments->target, "the target").required();
   add_option(*command, "--out", arguments->out, "file to write: board.pdf, board.svg or board.png")
       .text("FILE")

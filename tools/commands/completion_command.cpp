@@ -10,12 +10,12 @@
 namespace tagcal::tools {
 namespace {
 
-struct Arguments {
+struct CompletionArguments {
   std::string shell;
   std::string share;
 };
 
-int run(const CLI::App& app, const Arguments& arguments) {
+int run(const CLI::App& app, const CompletionArguments& arguments) {
   if (arguments.shell.empty() == arguments.share.empty())
     throw Error("completion: needs either a shell (bash, zsh or fish) or --share");
   const std::vector<ManualCommand> commands = manual_commands(app);
@@ -31,7 +31,7 @@ int run(const CLI::App& app, const Arguments& arguments) {
 Command add_completion(CLI::App& app) {
   CLI::App* command =
       add_command(app, "completion", "completion of commands and options in a shell");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<CompletionArguments>();
   add_option(*command, "SHELL", arguments->shell, "the shell").one_of({"bash", "zsh", "fish"});
   add_option(*command, "--share", arguments->share,
              "write the manual pages and the completions of all shells below this folder, such as "

@@ -26,7 +26,7 @@
 namespace tagcal::tools {
 namespace {
 
-struct Arguments {
+struct ConvertArguments {
   std::string in;
   std::string out;
   std::string format;
@@ -39,13 +39,13 @@ struct Arguments {
 };
 
 // The size that the user states; 0 x 0: none.
-ImageSize stated_size(const Arguments& arguments) {
+ImageSize stated_size(const ConvertArguments& arguments) {
   return arguments.image_size.empty() ? ImageSize()
                                       : size_argument("--image-size", arguments.image_size);
 }
 
 // Fills in the image size where the file has none.
-void add_image_size(CameraFile& file, const Arguments& arguments) {
+void add_image_size(CameraFile& file, const ConvertArguments& arguments) {
   if (arguments.image_size.empty()) return;
   const ImageSize size = stated_size(arguments);
   for (FileCamera& camera : file.cameras) {
@@ -83,7 +83,7 @@ void note_aspect(const ImageSize& from, const ImageSize& to, std::vector<std::st
 }
 
 // What IN says of the lenses that --model, --crop or --resize replaces.
-void drop_what_is_of_other_lenses(CameraFile& file, const Arguments& arguments) {
+void drop_what_is_of_other_lenses(CameraFile& file, const ConvertArguments& arguments) {
   if (arguments.model.model.empty() && arguments.crop.empty() && arguments.resize.empty()) return;
   bool has_findings = !file.findings.empty();
   file.findings.clear();
@@ -102,7 +102,7 @@ void drop_what_is_of_other_lenses(CameraFile& file, const Arguments& arguments) 
 }
 
 // The cameras of pictures that are a part of those of the file, or scaled, or both in this order.
-void cut_and_scale(CameraFile& file, const Arguments& arguments) {
+void cut_and_scale(CameraFile& file, const ConvertArguments& arguments) {
   if (arguments.crop.empty() && arguments.resize.empty()) return;
   std::vector<Camera> cameras;
   for (const FileCamera& in_file : file.cameras) {
@@ -131,7 +131,7 @@ void cut_and_scale(CameraFile& file, const Arguments& arguments) {
 }
 
 // Cameras that lack the size that the format holds.
-void check_image_sizes(const CameraFile& file, const Arguments& arguments,
+void check_image_sizes(const CameraFile& file, const ConvertArguments& arguments,
                        const CameraFormat& format) {
   if (format.only_poses) return;
   for (const FileCamera& camera : file.cameras)
@@ -146,7 +146,7 @@ std::vector<std::string> names_of_formats() {
   return names;
 }
 
-std::string format_of(const Arguments& arguments) {
+std::string format_of(const ConvertArguments& arguments) {
   if (!arguments.format.empty()) return arguments.format;
   const std::string_view format = format_of_name(arguments.out);
   if (!format.empty()) return std::string(format);
@@ -157,7 +157,7 @@ std::string format_of(const Arguments& arguments) {
 }
 
 // True if OUT is a folder: of all cameras of a format with a file for each, or of a stereo pair.
-bool writes_folder(const Arguments& arguments, const CameraFormat& format) {
+bool writes_folder(const ConvertArguments& arguments, const CameraFormat& format) {
   const std::filesystem::path out = arguments.out;
   std::error_code error;
   return format.folder || ((format.pair || !format.each.empty()) &&
@@ -165,7 +165,7 @@ bool writes_folder(const Arguments& arguments, const CameraFormat& format) {
 }
 
 // All cameras of the file for a format that holds several, or as many files, else one.
-CameraFile read_cameras(const Arguments& arguments, const CameraFormat& format) {
+CameraFile read_cameras(const ConvertArguments& arguments, const CameraFormat& format) {
   std::error_code error;
   if ((format.several || format.pair || writes_folder(arguments, format)) &&
       std::filesystem::exists(arguments.in, error))
@@ -182,7 +182,7 @@ bool is_camera_too(const std::string& file) {
   }
 }
 
-int convert_corners(const Arguments& arguments) {
+int convert_corners(const ConvertArguments& arguments) {
   std::vector<std::string> notes;
   const std::vector<PlacedBoard> boards = {{read_target(arguments.target, {}, &notes), Pose()}};
   const std::vector<View> views = read_observations(arguments.in, boards, &notes);
@@ -202,7 +202,7 @@ int convert_corners(const Arguments& arguments) {
   return kAnswer;
 }
 
-void check_corner_usage(const Arguments& arguments) {
+void check_corner_usage(const ConvertArguments& arguments) {
   if (!arguments.model.model.empty())
     throw Error("--model: fits the lens of a camera, --target converts corners: take one");
   if (!arguments.poses.empty())
@@ -224,7 +224,7 @@ void say_converted(const std::string& out, const CameraFile& file, const CameraF
                              counted(file.cameras.size(), "camera"), counted(num_poses, "pose")));
 }
 
-int run(const Arguments& arguments) {
+int run(const ConvertArguments& arguments) {
   check_usage(arguments.model);
   check_replaces_nothing({arguments.out, arguments.model.picture},
                          {arguments.in, arguments.in.substr(0, arguments.in.rfind(':')),
@@ -286,7 +286,7 @@ std::string notes() {
   return text.substr(0, text.size() - 1);
 }
 
-void add_sizes(CLI::App& command, Arguments& arguments) {
+void add_sizes(CLI::App& command, ConvertArguments& arguments) {
   add_option(command, "--image-size", arguments.image_size,
              "pixels of the pictures, where IN does not say")
       .text("WIDTHxHEIGHT");
@@ -303,7 +303,7 @@ void add_sizes(CLI::App& command, Arguments& arguments) {
 Command add_convert(CLI::App& app) {
   CLI::App* command =
       add_command(app, "convert", "a camera, its poses or corners from and to files of others");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<ConvertArguments>();
   add_option(*command, "IN", arguments->in, "a camera's file, or FILE:NAME").required();
   add_option(
       *command, "OUT", arguments->out,

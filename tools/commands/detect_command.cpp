@@ -26,7 +26,7 @@
 namespace tagcal::tools {
 namespace {
 
-struct Arguments {
+struct DetectArguments {
   InputArguments input;
   std::string out;
   std::string camera;  // a file
@@ -76,7 +76,7 @@ void explain_all(const Input& input) {
   print_to_stderr("{}", text);
 }
 
-int run_without_target(const Arguments& a) {
+int run_without_target(const DetectArguments& a) {
   if (!a.input.target.empty())
     throw Error("--family, --target: only one of the two is possible; the target has its family");
   if (a.explain) throw Error("--explain: needs a target");
@@ -85,7 +85,7 @@ int run_without_target(const Arguments& a) {
       {a.input, std::max(1, a.border_bits), a.out, a.camera, a.draw, a.threads, a.verbose, a.json});
 }
 
-int run(const Arguments& arguments) {
+int run(const DetectArguments& arguments) {
   if (!arguments.input.family.empty()) return run_without_target(arguments);
   if (arguments.border_bits > 0) throw Error("--border-bits: needs --family");
   check_text_writable(arguments.out);
@@ -118,7 +118,7 @@ int run(const Arguments& arguments) {
 
 Command add_detect(CLI::App& app) {
   CLI::App* command = add_command(app, "detect", "corners of a target in pictures, as CSV");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<DetectArguments>();
   add_input(*command, arguments->input);
   add_no_cache(*command, arguments->input.no_cache);
   add_family(

@@ -29,7 +29,7 @@ using Eigen::Vector2d;
 
 using internal::kDegree;
 
-struct Arguments {
+struct DiffArguments {
   std::string a;
   std::string b;
   double near_m = 1;
@@ -126,7 +126,7 @@ std::string difference_text(const LensDifference& d, const char* where) {
 }
 
 // True if both arguments are rigs. Throws Error if one is.
-bool is_of_rigs(const Arguments& arguments, const std::optional<ComparedRig>& a,
+bool is_of_rigs(const DiffArguments& arguments, const std::optional<ComparedRig>& a,
                 const std::optional<ComparedRig>& b) {
   if (a.has_value() != b.has_value()) {
     const std::string& rig = a ? arguments.a : arguments.b;
@@ -138,12 +138,12 @@ bool is_of_rigs(const Arguments& arguments, const std::optional<ComparedRig>& a,
 }
 
 // With a limit the comparison is a check.
-int exit_code(const Arguments& arguments, const std::optional<CheckVerdict>& verdict) {
+int exit_code(const DiffArguments& arguments, const std::optional<CheckVerdict>& verdict) {
   if (arguments.limit_px == 0 || verdict == CheckVerdict::valid) return kAnswer;
   return verdict == CheckVerdict::changed ? kCheckFailed : kNoAnswer;
 }
 
-int run(const Arguments& arguments) {
+int run(const DiffArguments& arguments) {
   constexpr double kUsualLimitPx = 1;  // numeric: the default in the manual
   const double limit_px = arguments.limit_px > 0 ? arguments.limit_px : kUsualLimitPx;
   const std::optional<ComparedRig> rig_a = rig_of_argument(arguments.a),
@@ -186,7 +186,7 @@ Command add_diff(CLI::App& app) {
   CLI::App* command = add_command(
       app, "diff",
       "compares two calibrations in pixels, after removing a camera motion; or two rigs");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<DiffArguments>();
   add_option(*command, "A", arguments->a, "a calibration, or a rig").required();
   add_option(*command, "B", arguments->b, "another of the same image size, or of the same rig")
       .required();

@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Arguments {
+struct FleetArguments {
   std::string folder;
   std::string units;   // CSV
   std::string limits;  // YAML
@@ -32,7 +32,7 @@ struct Arguments {
 
 bool is_page(const fs::path& out) { return out.extension() == ".html"; }
 
-void check_out(const Arguments& arguments) {
+void check_out(const FleetArguments& arguments) {
   const fs::path out = arguments.out;
   const std::string ending = out.extension().string();
   if (!out.empty() && ending != ".csv" && ending != ".json" && !is_page(out))
@@ -42,7 +42,7 @@ void check_out(const Arguments& arguments) {
   check_replaces_nothing({out}, {arguments.units, arguments.limits});
 }
 
-void write_out(const Arguments& arguments, const Fleet& fleet) {
+void write_out(const FleetArguments& arguments, const Fleet& fleet) {
   const fs::path out = arguments.out;
   if (out.empty()) return;
   if (is_page(out)) return write_page(out, fleet_page(fleet, arguments.folder, out));
@@ -50,7 +50,7 @@ void write_out(const Arguments& arguments, const Fleet& fleet) {
   say_wrote(out, fmt::format("{} units", fleet.units.size()));
 }
 
-int run(const Arguments& arguments) {
+int run(const FleetArguments& arguments) {
   check_out(arguments);
   std::optional<FleetLimits> limits;
   if (!arguments.limits.empty()) limits = read_fleet_limits(arguments.limits);
@@ -72,7 +72,7 @@ int run(const Arguments& arguments) {
 Command add_fleet(CLI::App& app) {
   CLI::App* command = add_command(
       app, "fleet", "many cameras of one make: what is usual, which are unlike it, which drift");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<FleetArguments>();
   add_option(*command, "DIR", arguments->folder, "folder of tagcal calibrate --out").required();
   add_option(*command, "--units", arguments->units,
              "table with the columns name, serial, date, temperature_c; default: names such as "

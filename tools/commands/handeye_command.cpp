@@ -19,7 +19,7 @@
 namespace tagcal::tools {
 namespace {
 
-struct Arguments : HandeyeArguments {
+struct HandeyeArguments : HandeyeSources {
   std::string robot;
   std::string robot_format;
   std::string mount;
@@ -31,7 +31,7 @@ struct Arguments : HandeyeArguments {
   bool json = false;
 };
 
-void check_outputs(const Arguments& arguments) {
+void check_outputs(const HandeyeArguments& arguments) {
   check_yaml_writable(arguments.out);
   check_text_writable(arguments.ros);
   std::vector<std::string> inputs = {arguments.camera, arguments.robot, arguments.times};
@@ -41,13 +41,13 @@ void check_outputs(const Arguments& arguments) {
   if (!arguments.report.empty()) check_page(arguments.report, inputs);
 }
 
-void write_files(const Arguments& arguments, const HandeyeEstimate& answer) {
+void write_files(const HandeyeArguments& arguments, const HandeyeEstimate& answer) {
   write_answer_file(arguments.out, handeye_yaml(answer));
   write_answer_file(arguments.ros, handeye_ros_text(answer));
 }
 
 // The inputs as the page names them.
-std::vector<InputRow> input_rows(const Arguments& arguments) {
+std::vector<InputRow> input_rows(const HandeyeArguments& arguments) {
   std::vector<InputRow> rows = {{"camera", arguments.camera},
                                 {"robot", arguments.robot},
                                 {"robot's format", arguments.robot_format},
@@ -56,8 +56,8 @@ std::vector<InputRow> input_rows(const Arguments& arguments) {
   return rows;
 }
 
-int run(const Arguments& given) {
-  Arguments arguments = given;
+int run(const HandeyeArguments& given) {
+  HandeyeArguments arguments = given;
   check_outputs(arguments);
   arguments.input.other_outputs = {arguments.out, arguments.ros, arguments.report};
   const RobotPoses poses = read_robot_poses(arguments.robot, arguments.robot_format);
@@ -87,7 +87,7 @@ int run(const Arguments& given) {
 }
 
 // The robot's poses, and their times.
-void add_robot(CLI::App& command, Arguments& arguments) {
+void add_robot(CLI::App& command, HandeyeArguments& arguments) {
   add_option(command, "--robot", arguments.robot,
              "the robot's poses, hand in base: a table with a line a picture or a time, or a "
              "folder of ViSP's files")
@@ -117,7 +117,7 @@ void add_robot(CLI::App& command, Arguments& arguments) {
 Command add_handeye(CLI::App& app) {
   CLI::App* command =
       add_command(app, "handeye", "where a camera is on a robot's hand, or beside the robot");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<HandeyeArguments>();
   add_input(*command, arguments->input);
   add_observations(*command, arguments->input);
   add_option(*command, "--camera", arguments->camera,

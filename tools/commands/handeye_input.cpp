@@ -66,7 +66,7 @@ std::map<std::string, std::size_t> poses_by_order(const HandeyeInput& input,
 }
 
 // The views with a corner of the target.
-HandeyeInput read_pictures(const HandeyeArguments& arguments) {
+HandeyeInput read_pictures(const HandeyeSources& arguments) {
   auto [input, camera] =
       read_camera_views(arguments.input, arguments.camera, arguments.pair, arguments.threads);
   HandeyeInput read;
@@ -99,7 +99,7 @@ void set_reference(const KnownRig& rig, HandeyeInput& read) {
 }
 
 // An instant has the name of its first picture.
-HandeyeInput read_rig_poses(const HandeyeArguments& arguments) {
+HandeyeInput read_rig_poses(const HandeyeSources& arguments) {
   const RigInputArguments rig = rig_arguments(arguments.input, arguments.pair, arguments.threads);
   const CameraFile file = read_camera_file(arguments.camera);
   const RigInput pictures = read_rig_for_poses(rig, file, arguments.camera);
@@ -133,7 +133,7 @@ HandeyeInput read_rig_poses(const HandeyeArguments& arguments) {
   return read;
 }
 
-HandeyeInput read_poses(const HandeyeArguments& arguments) {
+HandeyeInput read_poses(const HandeyeSources& arguments) {
   const std::string& file = arguments.input.inputs.front();
   for (const auto& [option, value] :
        {std::pair("--camera", arguments.camera), std::pair("--target", arguments.input.target),
@@ -169,7 +169,7 @@ void add_times(const std::string& robot, const std::string& times, HandeyeInput&
 
 }  // namespace
 
-HandeyeInput read_handeye(const HandeyeArguments& arguments) {
+HandeyeInput read_handeye(const HandeyeSources& arguments) {
   const std::vector<std::string>& inputs = arguments.input.inputs;
   if (inputs.size() == 1 && fs::path(inputs[0]).extension() == ".json")
     return read_poses(arguments);

@@ -8,7 +8,7 @@
 
 namespace tagcal::tools {
 
-struct HandeyeArguments {
+struct HandeyeSources {
   InputArguments input;  // pictures, the folders of a rig's cameras, or a file of poses (.json)
   std::string camera;
   std::string pair = "name";
@@ -18,7 +18,7 @@ struct HandeyeArguments {
 
 // Finds the corners of the pictures, estimates the poses of a rig, or reads those of a file. Throws
 // Error for options that do not belong together, and as their readers.
-HandeyeInput read_handeye(const HandeyeArguments& arguments);
+HandeyeInput read_handeye(const HandeyeSources& arguments);
 
 // Gives each view the pose of the robot that belongs to its picture: by name (with or without
 // folder and ending), by the order of the numbers in the names, or, of poses with times, by the

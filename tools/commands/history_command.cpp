@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Arguments {
+struct HistoryArguments {
   std::vector<std::string> cameras;
   std::string key;
   std::string values;  // CSV
@@ -28,7 +28,7 @@ struct Arguments {
   bool json = false;
 };
 
-void check_out(const Arguments& arguments) {
+void check_out(const HistoryArguments& arguments) {
   const fs::path out = arguments.out;
   if (out.empty()) return;
   if (out.extension() != ".csv" && out.extension() != ".json")
@@ -39,7 +39,7 @@ void check_out(const Arguments& arguments) {
   check_replaces_nothing({out}, inputs);
 }
 
-int run(const Arguments& arguments) {
+int run(const HistoryArguments& arguments) {
   check_out(arguments);
   const HistoryInput input = read_history(arguments.cameras, arguments.key, arguments.values);
   const CameraHistory history = history_of(input);
@@ -58,7 +58,7 @@ int run(const Arguments& arguments) {
 Command add_history(CLI::App& app) {
   CLI::App* command = add_command(
       app, "history", "calibrations of one camera: if it is stable, drifts, or changed");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<HistoryArguments>();
   add_option(*command, "CAMERA", arguments->cameras,
              "calibrations of one camera, of one model, by tagcal calibrate")
       .required();

@@ -32,7 +32,7 @@ namespace {
 namespace fs = std::filesystem;
 using Eigen::Vector3d;
 
-struct Arguments {
+struct PoseArguments {
   InputArguments input;
   int border_bits = 0;  // of --family; 0: not given
   std::string camera;
@@ -51,7 +51,7 @@ struct Arguments {
   bool json = false;
 };
 
-void check_usage(const Arguments& arguments) {
+void check_usage(const PoseArguments& arguments) {
   if (!arguments.camera.empty() + !arguments.rig.empty() + arguments.unknown_focal != 1)
     throw Error("--camera, --rig, --unknown-focal: one of them is needed, and only one");
   if (!arguments.rig.empty() && !(arguments.views.empty() && arguments.draw.empty()))
@@ -81,7 +81,7 @@ struct KnownCamera {
   std::optional<double> camera_error_px;  // if known
 };
 
-KnownCamera known_camera(const Arguments& arguments, const Input& input) {
+KnownCamera known_camera(const PoseArguments& arguments, const Input& input) {
   KnownCamera known;
   if (!arguments.camera.empty()) {
     const CalibrationFile file = read_camera(arguments.camera);
@@ -95,7 +95,8 @@ KnownCamera known_camera(const Arguments& arguments, const Input& input) {
 using TargetPoints = std::map<CornerId, Vector3d>;
 
 // A stated noise replaces the corners' covariances.
-PoseAndFocalOptions options_for(const ViewCorrespondences& problem, const Arguments& arguments) {
+PoseAndFocalOptions options_for(const ViewCorrespondences& problem,
+                                const PoseArguments& arguments) {
   PoseAndFocalOptions options;
   options.sigma_px = arguments.sigma_px;
   options.prior_focal_px = arguments.prior_focal_px;
@@ -132,7 +133,7 @@ Image8 picture_of(const View& view, const Input& input) {
 // Estimates the poses of all views, and draws them if there is a folder.
 class Poses {
  public:
-  Poses(const Arguments& arguments, const Input& input, const KnownCamera& known)
+  Poses(const PoseArguments& arguments, const Input& input, const KnownCamera& known)
       : arguments_(arguments),
         input_(input),
         camera_(known.camera),
@@ -207,7 +208,7 @@ class Poses {
     return draw_pose(drawing, picture_of(view, input_));
   }
 
-  const Arguments& arguments_;
+  const PoseArguments& arguments_;
   const Input& input_;
   std::optional<UncertainCamera> camera_;
   std::optional<double> camera_error_px_;
@@ -215,7 +216,7 @@ class Poses {
 };
 
 // Prints the reports, and keeps files and drawings of answers.
-int finish(const Arguments& arguments, const std::vector<PoseReport>& reports,
+int finish(const PoseArguments& arguments, const std::vector<PoseReport>& reports,
            OutputFolder* drawings) {
   const auto answers =
       std::ranges::count_if(reports, [](const auto& r) { return is_answer(r.status); });
@@ -231,19 +232,19 @@ int finish(const Arguments& arguments, const std::vector<PoseReport>& reports,
   return answers > 0 ? kAnswer : kNoAnswer;
 }
 
-InputArguments with_out(const Arguments& arguments) {
+InputArguments with_out(const PoseArguments& arguments) {
   InputArguments input = arguments.input;
   if (!arguments.out.empty()) input.other_outputs = {arguments.out};
   return input;
 }
 
-int run_rig(const Arguments& arguments) {
+int run_rig(const PoseArguments& arguments) {
   const RigInputArguments rig =
       rig_arguments(with_out(arguments), arguments.pair, arguments.threads);
   return finish(arguments, poses_of_rig(rig, arguments.rig, arguments.sigma_px), nullptr);
 }
 
-int run(const Arguments& arguments) {
+int run(const PoseArguments& arguments) {
   check_usage(arguments);
   check_replaces_nothing(
       {arguments.out},
@@ -278,7 +279,7 @@ int run(const Arguments& arguments) {
 }
 
 // Pictures, and the camera or rig that took them.
-void add_data(CLI::App& command, Arguments& arguments) {
+void add_data(CLI::App& command, PoseArguments& arguments) {
   add_input(command, arguments.input);
   add_observations(command, arguments.input);
   add_family(command, arguments.input.family,
@@ -297,7 +298,7 @@ void add_data(CLI::App& command, Arguments& arguments) {
   add_pair(command, arguments.pair).seldom();
 }
 
-void add_estimate_and_outputs(CLI::App& command, Arguments& arguments) {
+void add_estimate_and_outputs(CLI::App& command, PoseArguments& arguments) {
   add_flag(command, "--unknown-focal", arguments.unknown_focal,
            "estimate the focal length, too, of a centred pinhole; instead of --camera");
   add_flag(command, "--exact-pinhole", arguments.exact_pinhole,
@@ -334,7 +335,7 @@ void add_estimate_and_outputs(CLI::App& command, Arguments& arguments) {
 Command add_pose(CLI::App& app) {
   CLI::App* command =
       add_command(app, "pose", "the pose of each view, with a known or an unknown focal length");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<PoseArguments>();
   add_data(*command, *arguments);
   add_estimate_and_outputs(*command, *arguments);
   add_footer(*command,

@@ -26,7 +26,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-struct Arguments {
+struct ProjectArguments {
   std::string camera;
   std::string points = "-";
   std::string view;
@@ -69,7 +69,8 @@ class Answer {
   }
 
   // Prints the table, or writes it to a file, and says how many points there are and how certain.
-  void finish(const Arguments& arguments, const char* invalid, const std::string& uncertainty) {
+  void finish(const ProjectArguments& arguments, const char* invalid,
+              const std::string& uncertainty) {
     progress_.reset();
     write_table(text_, arguments.out, arguments.json);
     if (arguments.json)
@@ -119,12 +120,12 @@ std::vector<double> triangle(const Matrix3d& m) {
   return {m(0, 0), m(0, 1), m(0, 2), m(1, 1), m(1, 2), m(2, 2)};
 }
 
-void check_out(const Arguments& arguments) {
+void check_out(const ProjectArguments& arguments) {
   check_text_writable(arguments.out);
   check_replaces_nothing({arguments.out}, {arguments.camera, arguments.points});
 }
 
-int run_project(const Arguments& arguments) {
+int run_project(const ProjectArguments& arguments) {
   check_out(arguments);
   const LensInput input = read_lens(arguments.camera, arguments.view);
   const PointTable table = PointTable::read(arguments.points);
@@ -158,7 +159,7 @@ int run_project(const Arguments& arguments) {
 // What unproject makes of a pixel.
 class Unprojection {
  public:
-  Unprojection(const Arguments& arguments, const LensInput& input, const PointTable& table)
+  Unprojection(const ProjectArguments& arguments, const LensInput& input, const PointTable& table)
       : arguments_(arguments),
         input_(input),
         depth_(table.find({{"depth_m"}})),
@@ -205,12 +206,12 @@ class Unprojection {
     point.covariance = turn * point.covariance * turn.transpose();
   }
 
-  const Arguments& arguments_;
+  const ProjectArguments& arguments_;
   const LensInput& input_;
   std::vector<std::size_t> depth_, sigma_depth_;
 };
 
-int run_unproject(const Arguments& arguments) {
+int run_unproject(const ProjectArguments& arguments) {
   if (arguments.plane && arguments.view.empty())
     throw Error("--plane: needs --view, the picture in which the plane is seen");
   check_out(arguments);
@@ -247,7 +248,7 @@ int run_unproject(const Arguments& arguments) {
   return answer.exit_code();
 }
 
-void add_common(CLI::App& command, Arguments& arguments, const char* points) {
+void add_common(CLI::App& command, ProjectArguments& arguments, const char* points) {
   add_option(command, "POINTS.csv", arguments.points, points);
   add_option(command, "--camera", arguments.camera, "the camera's calibration")
       .text("C.yaml")
@@ -262,7 +263,7 @@ void add_common(CLI::App& command, Arguments& arguments, const char* points) {
 
 Command add_project(CLI::App& app) {
   CLI::App* command = add_command(app, "project", "points to pixels, with covariances");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<ProjectArguments>();
   add_common(*command, *arguments,
              "CSV with x_m,y_m,z_m and perhaps sxx_m2,sxy_m2,sxz_m2,syy_m2,syz_m2,szz_m2; other "
              "columns are kept; - or nothing: stdin");
@@ -277,7 +278,7 @@ Command add_project(CLI::App& app) {
 Command add_unproject(CLI::App& app) {
   CLI::App* command =
       add_command(app, "unproject", "pixels to rays, or to points at a depth or on a plane");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<ProjectArguments>();
   add_common(*command, *arguments,
              "CSV with u_px,v_px (or x_px,y_px) and perhaps suu_px2,suv_px2,svv_px2 and "
              "depth_m,sigma_depth_m; other columns are kept; - or nothing: stdin");

@@ -39,7 +39,7 @@ constexpr const char* kCorners = "observations_exact.csv";
 constexpr const char* kNothingSeen =
     "no corner of a board is visible in any picture: see tagcal view SCENE.yaml --svg";
 
-struct Arguments {
+struct RenderArguments {
   std::string scene;
   std::string out;
   int views = 0;  // 0: the scene's
@@ -65,14 +65,14 @@ struct Work {
   std::optional<RigDataset> rig;
 };
 
-void check_pixels(const Arguments& arguments, const ImageSize& size) {
+void check_pixels(const RenderArguments& arguments, const ImageSize& size) {
   if (std::int64_t{size.width} * size.height > scene_limits().pixels)
     throw Error(fmt::format("{}: camera: a picture must have at most {} pixels, got {}x{}",
                             arguments.scene, scene_limits().pixels, size.width, size.height));
 }
 
 // Replaces the scene's number of views by that of the arguments.
-void set_views(const Arguments& arguments, MovingScene& scene) {
+void set_views(const RenderArguments& arguments, MovingScene& scene) {
   if (arguments.views == 0) return;
   if (auto* path = std::get_if<ExplicitPath>(&scene.settings.path)) {
     const int poses = static_cast<int>(path->camera_from_world.size());
@@ -85,7 +85,7 @@ void set_views(const Arguments& arguments, MovingScene& scene) {
   scene.settings.num_views = arguments.views;
 }
 
-Work work_with_camera(const Arguments& arguments, MovingScene scene,
+Work work_with_camera(const RenderArguments& arguments, MovingScene scene,
                       std::vector<std::string>* warnings) {
   const auto seed = static_cast<std::uint64_t>(arguments.seed);
   const std::vector<Pose> poses = camera_poses(scene, seed);
@@ -94,7 +94,7 @@ Work work_with_camera(const Arguments& arguments, MovingScene scene,
   return {{{"", std::move(scene), poses, std::move(dataset), seed}}, {}};
 }
 
-Work work_with_rig(const Arguments& arguments, const RigScene& rig,
+Work work_with_rig(const RenderArguments& arguments, const RigScene& rig,
                    std::vector<std::string>* warnings) {
   const auto seed = static_cast<std::uint64_t>(arguments.seed);
   Work work;
@@ -112,7 +112,7 @@ Work work_with_rig(const Arguments& arguments, const RigScene& rig,
   return work;
 }
 
-Work work_to_do(const Arguments& arguments, std::vector<std::string>* warnings) {
+Work work_to_do(const RenderArguments& arguments, std::vector<std::string>* warnings) {
   if (arguments.views > scene_limits().views)
     throw Error(
         fmt::format("--views: must be {} at most, got {}", scene_limits().views, arguments.views));
@@ -130,7 +130,7 @@ Work work_to_do(const Arguments& arguments, std::vector<std::string>* warnings) 
   });
 }
 
-std::optional<DepthFolder> depth_folder(const Arguments& arguments) {
+std::optional<DepthFolder> depth_folder(const RenderArguments& arguments) {
   if (!arguments.depth && arguments.depth_unit_m > 0)
     throw Error("--depth-unit-m: belongs to --depth");
   if (!arguments.depth) return std::nullopt;
@@ -167,7 +167,7 @@ void warn_of_depths(std::size_t num_beyond, double unit_m, std::vector<std::stri
 
 // What a resumed render must have in common with the one that it goes on with: the version, the
 // scene, all files that were read for it, and the options that change a picture.
-std::string text_of(const Work& work, const Arguments& arguments,
+std::string text_of(const Work& work, const RenderArguments& arguments,
                     const std::optional<DepthFolder>& depth) {
   if (!fs::is_regular_file(arguments.scene))
     throw Error(fmt::format("--resume: needs the scene in a file, got {}", arguments.scene));
@@ -184,7 +184,8 @@ std::string text_of(const Work& work, const Arguments& arguments,
 // Writes the pictures that are not there yet, and the depths of all. Returns the number of pixels
 // whose depth is beyond the range.
 std::size_t write_pictures(const fs::path& folder, const SeenByCamera& camera,
-                           const Arguments& arguments, const std::optional<DepthFolder>& depth) {
+                           const RenderArguments& arguments,
+                           const std::optional<DepthFolder>& depth) {
   const std::vector<Pose>& poses = camera.camera_from_world;
   const TagFamilies families =
       naming(arguments.scene, [&] { return tag_families(scene_in_view(camera.scene, 0).boards); });
@@ -215,7 +216,7 @@ std::size_t write_pictures(const fs::path& folder, const SeenByCamera& camera,
 }
 
 // Writes the data set of each camera, and that of the rig. Returns as write_pictures.
-std::size_t write_all(const fs::path& out, const Work& work, const Arguments& arguments,
+std::size_t write_all(const fs::path& out, const Work& work, const RenderArguments& arguments,
                       const std::optional<DepthFolder>& depth) {
   std::size_t num_beyond = 0;
   for (const SeenByCamera& camera : work.cameras) {
@@ -237,7 +238,7 @@ std::string amount_of(const Work& work) {
                      work.cameras.size(), corners);
 }
 
-int run(const Arguments& arguments) {
+int run(const RenderArguments& arguments) {
   const std::optional<DepthFolder> depth = depth_folder(arguments);
   std::vector<std::string> warnings;
   const Work work = work_to_do(arguments, &warnings);
@@ -259,7 +260,7 @@ int run(const Arguments& arguments) {
 Command add_render(CLI::App& app) {
   CLI::App* command =
       add_command(app, "render", "images and exact corners of a scene, as a data set");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<RenderArguments>();
   add_option(*command, "SCENE.yaml", arguments->scene, "the scene").required();
   add_option(
       *command, "--out", arguments->out,

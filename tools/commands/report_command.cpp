@@ -16,7 +16,7 @@
 namespace tagcal::tools {
 namespace {
 
-struct Arguments {
+struct ReportArguments {
   std::string first;    // a calibration, or the poses of tagcal pose --json
   InputArguments data;  // .inputs: pictures with --target, else one other calibration at most
   std::string dataset;
@@ -26,11 +26,11 @@ struct Arguments {
   int threads = 0;
 };
 
-bool has_data(const Arguments& arguments) {
+bool has_data(const ReportArguments& arguments) {
   return !arguments.dataset.empty() || !arguments.data.target.empty();
 }
 
-void check_usage(const Arguments& arguments) {
+void check_usage(const ReportArguments& arguments) {
   const InputArguments& data = arguments.data;
   if (!arguments.dataset.empty() && !data.target.empty())
     throw Error("--dataset, --target: give only one of the two");
@@ -51,21 +51,21 @@ void check_usage(const Arguments& arguments) {
                             data.inputs.front()));
 }
 
-void check_out(const Arguments& arguments) {
+void check_out(const ReportArguments& arguments) {
   std::vector<std::string> inputs = arguments.data.inputs;
   inputs.insert(inputs.end(), {arguments.first, arguments.data.target, arguments.data.observations,
                                arguments.camera});
   check_page(arguments.out, inputs);
 }
 
-std::optional<Input> input_of(const Arguments& arguments) {
+std::optional<Input> input_of(const ReportArguments& arguments) {
   if (!has_data(arguments)) return std::nullopt;
   InputArguments data = arguments.data;
   if (!arguments.dataset.empty()) data.inputs = {arguments.dataset};
   return read_input(data);
 }
 
-int run(const Arguments& arguments) {
+int run(const ReportArguments& arguments) {
   check_usage(arguments);
   check_out(arguments);
   const bool compares = arguments.data.target.empty() && !arguments.data.inputs.empty();
@@ -109,7 +109,7 @@ Command add_report(CLI::App& app) {
   CLI::App* command =
       add_command(app, "report",
                   "a page to look at: a calibration, two compared, a rig, or the poses of views");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<ReportArguments>();
   add_option(
       *command, "CALIBRATION", arguments->first,
       "a file of a camera or a rig, of any format, or the poses that tagcal pose --json printed")

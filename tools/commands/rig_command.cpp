@@ -27,7 +27,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Arguments : RigInputArguments {
+struct RigArguments : RigInputArguments {
   bool find_boards = false;
   std::string lenses = "joint";
   std::vector<std::string> cameras;  // NAME=FILE
@@ -54,7 +54,7 @@ std::pair<std::size_t, std::string> camera_value(const RigDataset& rig, const st
   return {static_cast<std::size_t>(camera - rig.cameras.begin()), text.substr(sign + 1)};
 }
 
-RigOptions rig_options(const Arguments& arguments, const RigDataset& rig) {
+RigOptions rig_options(const RigArguments& arguments, const RigDataset& rig) {
   RigOptions options;
   options.calibrate.assign(rig.cameras.size(), {});
   for (CalibrateOptions& o : options.calibrate)
@@ -107,7 +107,7 @@ void check_ids(const RigDataset& rig, const std::vector<std::string>& targets) {
 }
 
 // Those of the arguments, before any work; read_rig checks the files that it finds.
-void check_outputs(const Arguments& arguments) {
+void check_outputs(const RigArguments& arguments) {
   check_yaml_writable(arguments.out);
   std::vector<std::string> files = arguments.input.inputs;
   files.insert(files.end(), arguments.targets.begin(), arguments.targets.end());
@@ -125,7 +125,8 @@ bool has_readout(const RigCalibration& rig) {
 }
 
 // Looks for the readouts of rolling shutters, as a calibration of one camera does.
-RigCalibration calibrate_by_times(const Arguments& arguments, RigOptions options, RigInput& input) {
+RigCalibration calibrate_by_times(const RigArguments& arguments, RigOptions options,
+                                  RigInput& input) {
   std::optional<RigInput> near = with_neighbours(input, arguments);
   options.find_readouts = true;
   RigCalibration timed = calibrate_rig(near ? near->rig : input.rig, options);
@@ -140,7 +141,7 @@ RigCalibration calibrate_by_times(const Arguments& arguments, RigOptions options
   return timed;
 }
 
-RigCalibration calibrate_input(const Arguments& arguments, Shutter shutter,
+RigCalibration calibrate_input(const RigArguments& arguments, Shutter shutter,
                                const RigOptions& options, RigInput& input) {
   const bool has_times =
       std::ranges::none_of(input.rig.cameras, &std::vector<double>::empty, &RigCamera::times_s);
@@ -149,8 +150,8 @@ RigCalibration calibrate_input(const Arguments& arguments, Shutter shutter,
                                                     : calibrate_rig(input.rig, options);
 }
 
-int run(const Arguments& given) {
-  Arguments arguments = given;
+int run(const RigArguments& given) {
+  RigArguments arguments = given;
   const Shutter shutter = shutter_of(arguments.shutter, arguments.input.default_frames);
   check_outputs(arguments);
   arguments.input.other_outputs = {arguments.out, arguments.report};
@@ -173,7 +174,7 @@ int run(const Arguments& given) {
 }
 
 // Cameras, boards, corners and instants.
-void add_data(CLI::App& command, Arguments& arguments) {
+void add_data(CLI::App& command, RigArguments& arguments) {
   add_option(command, "FOLDER", arguments.input.inputs,
              "a data set with the key rig, or for each camera a folder of pictures, a pattern "
              "('left*.png') or a data set")
@@ -201,7 +202,7 @@ void add_data(CLI::App& command, Arguments& arguments) {
       .text("name|index|time:Tms|time:find|FILE");
 }
 
-void add_lenses_and_outputs(CLI::App& command, Arguments& arguments) {
+void add_lenses_and_outputs(CLI::App& command, RigArguments& arguments) {
   add_option(command, "--cameras", arguments.lenses,
              "joint: lenses are estimated with the extrinsics; fixed: as --camera says, with its "
              "standard deviations; start: estimated from there")
@@ -236,7 +237,7 @@ void add_lenses_and_outputs(CLI::App& command, Arguments& arguments) {
 Command add_rig(CLI::App& app) {
   CLI::App* command =
       add_command(app, "rig", "several cameras on one body: their lenses and where they are");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<RigArguments>();
   add_data(*command, *arguments);
   add_lenses_and_outputs(*command, *arguments);
   add_footer(*command, "Example: tagcal rig left right --target board.yaml --out rig.yaml");

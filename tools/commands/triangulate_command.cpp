@@ -26,7 +26,7 @@
 namespace tagcal::tools {
 namespace {
 
-struct Arguments {
+struct TriangulateArguments {
   std::string points = "-";
   std::string camera;
   double sigma_px = 0.5;
@@ -109,7 +109,7 @@ std::string plural(std::size_t count, const char* noun) {
   return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
 }
 
-int run(const Arguments& arguments) {
+int run(const TriangulateArguments& arguments) {
   check_text_writable(arguments.out);
   check_replaces_nothing({arguments.out}, {arguments.camera, arguments.points});
   const CameraFile file = read_camera_file(arguments.camera);
@@ -155,7 +155,7 @@ int run(const Arguments& arguments) {
 Command add_triangulate(CLI::App& app) {
   CLI::App* command =
       add_command(app, "triangulate", "pixels of several cameras of a rig to points");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<TriangulateArguments>();
   add_option(*command, "POINTS.csv", arguments->points,
              "CSV with point,camera,u_px,v_px (or x_px,y_px; u,v), a row for each camera that sees "
              "the point, and perhaps suu_px2,suv_px2,svv_px2; - or nothing: stdin");

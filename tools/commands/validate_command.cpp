@@ -27,7 +27,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-struct Arguments {
+struct ValidateArguments {
   std::string calibration;
   std::string dataset;
   std::string observations;
@@ -35,12 +35,12 @@ struct Arguments {
   bool json = false;
 };
 
-InputArguments input_of(const Arguments& arguments) {
+InputArguments input_of(const ValidateArguments& arguments) {
   return {.inputs = {arguments.dataset}, .observations = arguments.observations};
 }
 
 // Returns true if all requested checks pass.
-bool passes(const Validation& validation, const Arguments& arguments) {
+bool passes(const Validation& validation, const ValidateArguments& arguments) {
   return validation.opencv_agrees && !(arguments.truth && validation.num_beyond_truth != 0);
 }
 
@@ -136,7 +136,8 @@ std::string summary(const Validation& validation, const std::string& model) {
 }
 
 // Throws Error if --truth has no truth of the same kind of lens, or no standard deviations.
-void check_truth(const Arguments& arguments, const CalibrationFile& file, const Input& input) {
+void check_truth(const ValidateArguments& arguments, const CalibrationFile& file,
+                 const Input& input) {
   if (!arguments.truth) return;
   const std::optional<Truth>& truth = input.dataset.truth;
   if (!truth) throw Error(fmt::format("--truth: {} has no truth file", input.name));
@@ -154,8 +155,8 @@ struct RigValidation {
   std::string text;
 };
 
-void validate_lenses(const Arguments& arguments, const KnownRig& rig, const CameraFile& file,
-                     const RigDataset& data, RigValidation& answer) {
+void validate_lenses(const ValidateArguments& arguments, const KnownRig& rig,
+                     const CameraFile& file, const RigDataset& data, RigValidation& answer) {
   for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
     const std::string& name = rig.cameras[c].name;
     const auto of_file = std::ranges::find(file.cameras, name, &FileCamera::name);
@@ -191,7 +192,7 @@ int validate_places(const KnownRig& rig, const RigTruth& truth, RigValidation& a
   return num_beyond;
 }
 
-int run_rig(const Arguments& arguments) {
+int run_rig(const ValidateArguments& arguments) {
   const RigDataset data = read_rig(rig_arguments(input_of(arguments), "name", 0)).rig;
   const CameraFile file = read_camera_file(arguments.calibration);
   const KnownRig rig = rig_of(data, file, arguments.calibration);
@@ -210,7 +211,7 @@ int run_rig(const Arguments& arguments) {
   return answer.passed ? kAnswer : kCheckFailed;
 }
 
-int run(const Arguments& arguments) {
+int run(const ValidateArguments& arguments) {
   if (is_rig_folder(arguments.dataset)) return run_rig(arguments);
   const CalibrationFile file = read_camera(arguments.calibration);
   Input input = read_input(input_of(arguments));
@@ -236,7 +237,7 @@ int run(const Arguments& arguments) {
 Command add_validate(CLI::App& app) {
   CLI::App* command =
       add_command(app, "validate", "a calibration against OpenCV's projection and the truth");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<ValidateArguments>();
   add_option(*command, "CALIBRATION", arguments->calibration,
              "a camera's file, of any format (tagcal convert), or that of a rig")
       .required();

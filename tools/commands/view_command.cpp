@@ -137,7 +137,7 @@ ViewInput read_view_input(const ViewChoice& choice) {
   return is_dataset ? dataset_input(choice) : calibration_input(choice);
 }
 
-struct Arguments {
+struct ViewArguments {
   ViewChoice choice;
   std::string at;
   std::string to;     // empty: no line
@@ -185,7 +185,7 @@ NamedPoint named_point(const std::string& option, const std::string& at, const S
   return *point;
 }
 
-ViewingPipeline pipeline_of(const Arguments& arguments, const Scene& scene, const Pose& pose) {
+ViewingPipeline pipeline_of(const ViewArguments& arguments, const Scene& scene, const Pose& pose) {
   NearFar planes = enclosing_planes(scene, pose);
   if (scene.boards.empty()) planes = {0.5, 1.5};  // m; about the point 1 m ahead
   if (arguments.near_m > 0) planes.near_m = arguments.near_m;
@@ -196,13 +196,13 @@ ViewingPipeline pipeline_of(const Arguments& arguments, const Scene& scene, cons
   return viewing_pipeline(scene.camera, pose, planes.near_m, planes.far_m);
 }
 
-std::string report_text(const Arguments& arguments, const ViewReport& report) {
+std::string report_text(const ViewArguments& arguments, const ViewReport& report) {
   if (arguments.json) return view_json(report);
   if (arguments.svg) return view_svg(report);
   return arguments.opengl ? view_opengl(report) : view_text(report, arguments.steps);
 }
 
-std::string answer(const Arguments& arguments, const ViewInput& input) {
+std::string answer(const ViewArguments& arguments, const ViewInput& input) {
   const int view = arguments.choice.view;
   const Scene scene = scene_in_view(input.scene, view);
   if (scene.is_rolling())
@@ -226,7 +226,7 @@ std::string answer(const Arguments& arguments, const ViewInput& input) {
   return report_text(arguments, report);
 }
 
-int run(const Arguments& arguments) {
+int run(const ViewArguments& arguments) {
   const ViewInput input = read_view_input(arguments.choice);
   print_warnings(input.warnings);
   if (!input.camera_from_world) {
@@ -239,7 +239,7 @@ int run(const Arguments& arguments) {
 }
 
 // What is printed, one of these; `to` is for text only.
-void add_printed_forms(CLI::App& command, Arguments& arguments, Option& to) {
+void add_printed_forms(CLI::App& command, ViewArguments& arguments, Option& to) {
   const Option steps = add_flag(command, "--steps", arguments.steps,
                                 "all named steps: frames, angles, normalising, depth, horizon");
   const Option json = add_flag(command, "--json", arguments.json, "one JSON object on stdout");
@@ -260,7 +260,7 @@ void add_printed_forms(CLI::App& command, Arguments& arguments, Option& to) {
 Command add_view(CLI::App& app) {
   CLI::App* command =
       add_command(app, "view", "the viewing pipeline of one camera, and a point through it");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<ViewArguments>();
   ViewChoice& choice = arguments->choice;
   add_option(*command, "INPUT", choice.input,
              "a scene, the folder of a data set (its truth), or a calibration (no scene)")

@@ -29,7 +29,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Arguments {
+struct WatchArguments {
   std::vector<std::string> folders;
   bool rig = false;
   std::string target;
@@ -71,7 +71,7 @@ struct Target {
   std::vector<std::string> warnings;
 };
 
-Target target_of(const Arguments& arguments) {
+Target target_of(const WatchArguments& arguments) {
   std::optional<double> size;
   if (arguments.tag_size_m > 0) size = arguments.tag_size_m;
   Target target;
@@ -80,14 +80,14 @@ Target target_of(const Arguments& arguments) {
   return target;
 }
 
-WatchSettings settings_of(const Arguments& arguments) {
+WatchSettings settings_of(const WatchArguments& arguments) {
   constexpr double kDay_s = 86400;  // longer pauses are shortened to it
   const std::chrono::milliseconds every(
       std::max(1L, std::lround(1000 * std::min(kDay_s, arguments.every_s))));
   return {{}, goal_of(arguments.until), arguments.json, arguments.timeout_s, every};
 }
 
-CalibrateOptions calibrate_options(const Arguments& arguments) {
+CalibrateOptions calibrate_options(const WatchArguments& arguments) {
   CalibrateOptions options;
   options.model = arguments.model;
   options.num_threads = static_cast<std::size_t>(arguments.threads);
@@ -97,11 +97,11 @@ CalibrateOptions calibrate_options(const Arguments& arguments) {
 }
 
 // The cache of the corners of each camera stands beside the rig's file.
-fs::path cache_of(const Arguments& arguments, const fs::path& out) {
+fs::path cache_of(const WatchArguments& arguments, const fs::path& out) {
   return arguments.no_cache ? fs::path() : corner_cache_of(out);
 }
 
-int run_rig(const Arguments& arguments) {
+int run_rig(const WatchArguments& arguments) {
   RigWatchOptions options{settings_of(arguments), {}};
   options.calibration.calibrate = {calibrate_options(arguments)};
   const std::vector<std::string> names = names_of_folders(arguments.folders);
@@ -124,7 +124,8 @@ int run_rig(const Arguments& arguments) {
   return watch_rig(std::move(options), std::move(cameras), std::move(target.warnings));
 }
 
-int watch(const Arguments& arguments, WatchOptions options, Target target, const fs::path& cache) {
+int watch(const WatchArguments& arguments, WatchOptions options, Target target,
+          const fs::path& cache) {
   check_yaml_writable(options.out);
   check_replaces_nothing({options.out}, {arguments.target});
   WatchedPictures pictures(options.folder, std::move(target.board),
@@ -133,7 +134,7 @@ int watch(const Arguments& arguments, WatchOptions options, Target target, const
 }
 
 // A live video on stdin.
-int run_live(const Arguments& arguments) {
+int run_live(const WatchArguments& arguments) {
   Target target = target_of(arguments);  // its errors come before a folder is made
   const CalibrateOptions calibration = calibrate_options(arguments);
   WatchSettings settings = settings_of(arguments);
@@ -147,7 +148,7 @@ int run_live(const Arguments& arguments) {
                std::move(target), {});
 }
 
-int run(const Arguments& arguments) {
+int run(const WatchArguments& arguments) {
   const std::string& folder = arguments.folders.front();
   if (!arguments.keep.empty() && (arguments.rig || folder != "-"))
     throw Error("--keep: needs a video on stdin (-)");
@@ -164,7 +165,7 @@ int run(const Arguments& arguments) {
 }
 
 // The calibration, and when it ends.
-void add_calibration(CLI::App& command, Arguments& arguments) {
+void add_calibration(CLI::App& command, WatchArguments& arguments) {
   add_option(command, "--out", arguments.out,
              "file for the camera, written whole after each picture that leaves an answer; "
              "default: FOLDER.camera.yaml, of a rig rig.yaml, beside the folder; "
@@ -195,7 +196,7 @@ void add_calibration(CLI::App& command, Arguments& arguments) {
 Command add_watch(CLI::App& app) {
   CLI::App* command =
       add_command(app, "watch", "calibrate while pictures are being taken: what to show next");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<WatchArguments>();
   add_option(*command, "FOLDER", arguments->folders,
              "the folder into which the pictures come, or - for the video of a camera on stdin "
              "(MJPEG, Y4M); "

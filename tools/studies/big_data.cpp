@@ -67,7 +67,7 @@ std::vector<Values> measure(const CalibrateOptions& options, int num_views, doub
            c.sigmas.empty() ? 0.0 : c.sigmas[0]}};
 }
 
-std::vector<Task> tasks(const StudyOptions& options) {
+std::vector<Task> big_data_tasks(const StudyOptions& options) {
   CalibrateOptions calibrate;
   calibrate.model = options.text("model");
   const double outlier_share = options.number("outliers");
@@ -90,7 +90,7 @@ Study big_data_study() {
           .options = {{"model", "auto", "of the calibration"},
                       {"outliers", "0", "share of wrong corners"}},
           .columns = {"corners", "input", "beyond", "seconds", "us", "answer", "sd_fx"},
-          .tasks = tasks,
+          .tasks = big_data_tasks,
           .tables = {{{"task"},
                       {sum_of("corners", "corners"), sum_of("input, bytes a corner", "input"),
                        sum_of("beyond it, bytes a corner", "beyond"),

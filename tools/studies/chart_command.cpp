@@ -23,13 +23,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Arguments {
+struct ChartArguments {
   std::string job, out;
   int trials = 0, threads = 1, seed = 1;
   bool quick = false;
 };
 
-std::string shown_command(const Arguments& a, const std::string& job) {
+std::string shown_command(const ChartArguments& a, const std::string& job) {
   std::string text = fmt::format("tagcal chart {}", job);
   if (a.trials > 0) text += fmt::format(" --trials {}", a.trials);
   if (a.quick) text += " --quick";
@@ -52,7 +52,7 @@ void write_result(const ChartResult& result, const fs::path& place, OutputFolder
              place.string(), result.panels.size(), result.methods.size(), result.num_trials);
 }
 
-ChartResult run_job(const Arguments& a, const std::string& name) {
+ChartResult run_job(const ChartArguments& a, const std::string& name) {
   const ChartOptions options{a.trials, static_cast<std::uint64_t>(a.seed), a.threads, a.quick};
   Progress progress("chart " + name);
   ChartResult result = run_chart(*chart_job(name), options,
@@ -62,18 +62,18 @@ ChartResult run_job(const Arguments& a, const std::string& name) {
 }
 
 // Reports a folder that cannot be written before the work, not after it.
-void chart(const Arguments& a, const std::string& name, const fs::path& place) {
+void chart(const ChartArguments& a, const std::string& name, const fs::path& place) {
   OutputFolder folder(place, OutputFolder::Taken::by_any_folder);
   write_result(run_job(a, name), place, folder);
 }
 
-void check(const Arguments& a) {
+void check(const ChartArguments& a) {
   if (a.job == "all" || chart_job(a.job)) return;
   throw Error(fmt::format("chart: unknown job {}; known: {}, all", a.job,
                           fmt::join(chart_job_names(), ", ")));
 }
 
-int run(const Arguments& a) {
+int run(const ChartArguments& a) {
   check(a);
   if (a.job == "all") {
     for (const std::string_view name : chart_job_names())
@@ -89,7 +89,7 @@ int run(const Arguments& a) {
 Command add_chart(CLI::App& app) {
   CLI::App* command =
       add_command(app, "chart", "speed and accuracy of the methods of tagcal and other libraries");
-  const auto a = std::make_shared<Arguments>();
+  const auto a = std::make_shared<ChartArguments>();
   add_option(
       *command, "JOB", a->job,
       fmt::format("{}, or all: each in a folder of its own", fmt::join(chart_job_names(), ", ")))

@@ -121,7 +121,7 @@ std::vector<Values> measure_any(bool with_markers, std::uint64_t trial) {
   return result;
 }
 
-std::vector<Task> tasks(const StudyOptions& options) {
+std::vector<Task> checkers_tasks(const StudyOptions& options) {
   if (!options.inputs.empty()) return picture_tasks(options.inputs, options.text("target"));
   std::vector<Task> tasks;
   const auto name = [](const CheckerViewSpec& spec) {
@@ -153,7 +153,7 @@ Study checkers_study() {
       .count = 10,
       .options = {{"target", "", "target file of the pictures"}},
       .columns = checker_columns(),
-      .tasks = tasks,
+      .tasks = checkers_tasks,
       .tables = {{{"task", "method"}, checker_figures("boards", true)}}};
 }
 

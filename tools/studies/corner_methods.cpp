@@ -41,7 +41,7 @@ std::vector<Vector2d> by_quads(const Image8& image, const Checkerboard& board) {
   return corners_by_sub_pix(image, starts, nearest_px(starts));
 }
 
-std::vector<Vector2d> by_sectors(const Image8& image, const Checkerboard& board) {
+std::vector<Vector2d> places_by_sectors(const Image8& image, const Checkerboard& board) {
   std::vector<cv::Point2f> corners;
   if (!cv::findChessboardCornersSB(as_mat(image), {board.columns, board.rows}, corners,
                                    cv::CALIB_CB_EXHAUSTIVE | cv::CALIB_CB_ACCURACY))
@@ -83,7 +83,7 @@ std::vector<PeerDetector> peer_detectors(const Board& board) {
   return {{"findChessboardCorners",
            [squares](const Image8& image) { return by_quads(image, squares); }},
           {"findChessboardCornersSB",
-           [squares](const Image8& image) { return by_sectors(image, squares); }}};
+           [squares](const Image8& image) { return places_by_sectors(image, squares); }}};
 }
 
 FoundCorners corners_by_peer(const PeerDetector& peer, const Image8& image,

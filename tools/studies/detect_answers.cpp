@@ -169,7 +169,7 @@ std::vector<Values> measure_set(const fs::path& folder) {
   return rows;
 }
 
-std::vector<Task> tasks(const StudyOptions& options) {
+std::vector<Task> detect_answers_tasks(const StudyOptions& options) {
   const fs::path folder = options.text("pictures");
   if (!folder.empty()) fs::create_directories(folder);
   std::vector<Task> tasks = {
@@ -199,7 +199,7 @@ Study detect_answers_study() {
           .options = {{"pictures", "", "folder that keeps the rendered pictures"}},
           .columns = {"picture", "visible", "found", "wrong", "squares", "claimed", "distances",
                       "beyond", "detect_s"},
-          .tasks = tasks,
+          .tasks = detect_answers_tasks,
           .tables = {{{"task"},
                       {rows_in("pictures"), sum_of("visible", "visible"), sum_of("found", "found"),
                        sum_of("wrong", "wrong"), ratio_of("NEES", "distances", "claimed", 2),

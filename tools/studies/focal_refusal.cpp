@@ -58,15 +58,15 @@ Dataset parallel_views(const Lens& lens, std::uint64_t seed, int num_views, doub
   return set;
 }
 
-struct Set {
+struct RefusedSet {
   const char* name;
   bool all_seeds;
   std::function<Dataset(std::uint64_t)> make;
 };
 
-const std::vector<Set>& sets() {
+const std::vector<RefusedSet>& sets() {
   static const Lens centred = pinhole(900, 900, 639.5, 399.5), beside = pinhole(900, 900, 659, 415);
-  static const std::vector<Set> all = {
+  static const std::vector<RefusedSet> all = {
       {"10 frontal", true, [](auto seed) { return pinhole_views(tilted(10, 0, 0), seed); }},
       {"1 frontal", true, [](auto seed) { return pinhole_views(tilted(1, 0, 0), seed); }},
       {"300,000 px at 400 m", true, [](auto seed) { return long_lens(seed); }},
@@ -109,10 +109,10 @@ std::string answer(const Dataset& set, const std::string& model) {
   return what + " beyond 5 sd";
 }
 
-std::vector<Task> tasks(const StudyOptions& options) {
+std::vector<Task> focal_refusal_tasks(const StudyOptions& options) {
   std::vector<Task> tasks;
   for (const std::string model : {"auto", "f", "f+c", "opencv5", "fisheye4", "opencv8"})
-    for (const Set& set : sets())
+    for (const RefusedSet& set : sets())
       tasks.push_back({model + ": " + set.name,
                        [&set, model](std::uint64_t seed) -> std::vector<Values> {
                          return {{answer(set.make(seed), model)}};
@@ -128,7 +128,7 @@ Study focal_refusal_study() {
           .summary = "data that determine the focal length and data that do not: who is answered",
           .count = 1000,
           .columns = {"answer"},
-          .tasks = tasks,
+          .tasks = focal_refusal_tasks,
           .tables = {{{"task"}, {rows_in("sets"), counts_of("answers", "answer")}}}};
 }
 

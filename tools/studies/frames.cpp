@@ -79,7 +79,7 @@ std::vector<Values> measure(const Dataset& exact, const StudyOptions& study, std
   return {row};
 }
 
-std::vector<Task> tasks(const StudyOptions& options) {
+std::vector<Task> frames_tasks(const StudyOptions& options) {
   std::vector<Task> tasks;
   for (const std::string& file : options.inputs) {
     const MovingScene scene = read_moving_scene(file);
@@ -116,7 +116,7 @@ Study frames_study() {
           .columns = {"frames_chosen", "sd_chosen", "error2_chosen", "cpu_s_chosen", "frames_all",
                       "sd_all", "error2_all", "cpu_s_all", "frames_evenly", "sd_evenly",
                       "error2_evenly", "cpu_s_evenly"},
-          .tasks = tasks,
+          .tasks = frames_tasks,
           .tables = {{{"task"}, figures}}};
 }
 

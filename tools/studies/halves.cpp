@@ -91,7 +91,7 @@ std::vector<Values> measure(const RealSet& set, const StudyOptions& options,
   return {row};
 }
 
-std::vector<Task> tasks(const StudyOptions& options) {
+std::vector<Task> halves_tasks(const StudyOptions& options) {
   std::vector<Task> tasks;
   for (RealSet& read : read_sets(options.inputs)) {
     const auto set = std::make_shared<const RealSet>(std::move(read));
@@ -150,7 +150,7 @@ Study halves_study() {
                       "claim_px",  "printed_px", "refused",       "z_fx",     "z_cx",
                       "z_cy",      "fx_percent", "claim_percent", "z_region", "z_printed",
                       "check"},
-          .tasks = tasks,
+          .tasks = halves_tasks,
           .tables = {{{"task"}, figures}, {{}, figures}}};
 }
 

@@ -17,7 +17,7 @@ namespace tagcal {
 using namespace study;
 namespace {
 
-constexpr double kWrongPx = 0.5;
+constexpr double kFarPx = 0.5;
 constexpr double kFieldsDeg[] = {150, 180, 195};
 
 FoundCorners by_aruco(const CheckerView& view, int border_bits) {
@@ -36,7 +36,7 @@ FoundCorners by_aruco(const CheckerView& view, int border_bits) {
 FoundCorners counted(FoundCorners found, const NearGridView& view) {
   std::erase_if(found.view.observations, [&](const Observation& seen) {
     const auto truth = view.others.find(seen.id);
-    return truth != view.others.end() && (truth->second - seen.pixel).norm() <= kWrongPx;
+    return truth != view.others.end() && (truth->second - seen.pixel).norm() <= kFarPx;
   });
   return found;
 }
@@ -50,13 +50,13 @@ std::vector<Values> measure(NearGridSpec spec, std::uint64_t trial) {
   const NearGridView view = near_grid_view(spec, random);
   const double none = std::nan("");
   const auto row = [&](const char* method, const FoundCorners& found) {
-    return checker_row(method, view.corners, counted(found, view), none, kWrongPx);
+    return checker_row(method, view.corners, counted(found, view), none, kFarPx);
   };
   return {row("fit", corners_by_fit(view.image, view.board, nullptr)),
           row("aruco", by_aruco(view, spec.border_bits))};
 }
 
-std::vector<Task> tasks(const StudyOptions&) {
+std::vector<Task> near_grids_tasks(const StudyOptions&) {
   std::vector<Task> tasks;
   for (const double field : kFieldsDeg)
     for (const int border : {1, 2}) {
@@ -76,7 +76,7 @@ Study near_grids_study() {
           .summary = "tags of AprilGrids close to a fisheye camera, beside OpenCV's aruco",
           .count = 40,
           .columns = checker_columns(),
-          .tasks = tasks,
+          .tasks = near_grids_tasks,
           .tables = {{{"task", "method"}, checker_figures("boards", false)}}};
 }
 

@@ -129,7 +129,7 @@ std::vector<Values> measure(const PictureFolder& folder) {
   return {row_of(halves[1], halves[0].error_px), row_of(halves[0], halves[1].error_px)};
 }
 
-std::vector<Task> tasks(const StudyOptions& options) {
+std::vector<Task> real_claims_tasks(const StudyOptions& options) {
   std::vector<Task> tasks;
   for (const std::string& input : options.inputs) {
     const auto folder =
@@ -149,7 +149,7 @@ Study real_claims_study() {
       .options = {{"target", "", "of those that have none"}},
       .columns = {"corners", "variance", "measured", "nees_alone", "corner_error_px", "nees",
                   "model_error_px", "model"},
-      .tasks = tasks,
+      .tasks = real_claims_tasks,
       .tables = {{{"task"},
                   {sum_of("corners", "corners"),
                    root_ratio_of("claims of the fits, px", "variance", "corners", 4),

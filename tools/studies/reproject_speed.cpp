@@ -131,7 +131,7 @@ Task pair_task(const char* kind, int type) {
   return {fmt::format("rectified pair, {}, bilinear", kind), measure};
 }
 
-std::vector<Task> tasks(const StudyOptions&) {
+std::vector<Task> reproject_speed_tasks(const StudyOptions&) {
   const auto bilinear = Interpolation::bilinear, lanczos = Interpolation::lanczos4;
   std::vector<Task> tasks;
   for (const NamedLens& lens : kLenses) {
@@ -154,7 +154,7 @@ Study reproject_speed_study() {
           .summary = "processor time of undistorting 12 megapixels, beside OpenCV's",
           .count = 15,
           .columns = {"tagcal_ms", "opencv_ms", "ratio"},
-          .tasks = tasks,
+          .tasks = reproject_speed_tasks,
           .tables = {{{"task"},
                       {quantile_of("tagcal, ms", "tagcal_ms", 0.5, 1),
                        quantile_of("OpenCV, ms", "opencv_ms", 0.5, 1),

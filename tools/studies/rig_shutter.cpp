@@ -16,28 +16,28 @@ namespace tagcal {
 using namespace study;
 namespace {
 
-constexpr double kSigmaPx = 0.2, kReadout = 0.02;
+constexpr double kRigSigmaPx = 0.2, kRigReadout = 0.02;
 constexpr int kNumFrames = 60;
 
-struct Case {
+struct RigFilm {
   const char* name;
   bool is_ring = false;
   double readout_s = 0;
   bool has_times = true;
 };
 
-double warns(const RigCalibration& rig) {
+double percent_warned(const RigCalibration& rig) {
   return std::ranges::count(rig.findings, Severity::warning, &Finding::severity) > 0 ? 100 : 0;
 }
 
-std::vector<Values> measure(const Case& c, std::uint64_t seed) {
+std::vector<Values> measure(const RigFilm& c, std::uint64_t seed) {
   const RigDataset exact =
       rig_film(c.is_ring ? rising_ring(seed) : hand_motion(seed), c.readout_s, kNumFrames);
   RigOptions options;
   options.calibrate.front().model = "opencv5";
   options.find_readouts = c.has_times;
-  const RigCalibration rig = calibrate_rig(with_noise(exact, kSigmaPx, seed), options);
-  if (!is_answer(rig.status)) return {{0., NAN, warns(rig), NAN, NAN, NAN, NAN, NAN, NAN}};
+  const RigCalibration rig = calibrate_rig(with_noise(exact, kRigSigmaPx, seed), options);
+  if (!is_answer(rig.status)) return {{0., NAN, percent_warned(rig), NAN, NAN, NAN, NAN, NAN, NAN}};
   const Lens truth = opencv5_lens();
   const double share = 1.0 / static_cast<double>(rig.cameras.size());
   double found = 0, fx2 = 0, fx2_claim = 0, nees_fx = 0, ms2 = 0, nees_readout = 0;
@@ -54,16 +54,16 @@ std::vector<Values> measure(const Case& c, std::uint64_t seed) {
     ms2 += share * 1e6 * error_s * error_s;
     nees_readout += share * std::pow(error_s / readout.sigma_s, 2);
   }
-  return {{1., found, warns(rig), fx2, fx2_claim, nees_fx, nees_of_extrinsics(exact, rig), ms2,
-           nees_readout}};
+  return {{1., found, percent_warned(rig), fx2, fx2_claim, nees_fx, nees_of_extrinsics(exact, rig),
+           ms2, nees_readout}};
 }
 
-std::vector<Task> tasks(const StudyOptions&) {
+std::vector<Task> rig_shutter_tasks(const StudyOptions&) {
   std::vector<Task> tasks;
-  for (const Case& c : {Case{"ring, global", true}, Case{"ring, 20 ms", true, kReadout},
-                        Case{"ring, 20 ms, without times", true, kReadout, false},
-                        Case{"hand, global"}, Case{"hand, 20 ms", false, kReadout},
-                        Case{"hand, 20 ms, without times", false, kReadout, false}})
+  for (const RigFilm& c : {RigFilm{"ring, global", true}, RigFilm{"ring, 20 ms", true, kRigReadout},
+                           RigFilm{"ring, 20 ms, without times", true, kRigReadout, false},
+                           RigFilm{"hand, global"}, RigFilm{"hand, 20 ms", false, kRigReadout},
+                           RigFilm{"hand, 20 ms, without times", false, kRigReadout, false}})
     tasks.push_back({c.name, [c](std::uint64_t seed) { return measure(c, seed); }});
   return tasks;
 }
@@ -76,7 +76,7 @@ Study rig_shutter_study() {
           .count = 200,
           .columns = {"answer", "found", "warned", "f2", "f2_claim", "nees_f", "nees_places", "ms2",
                       "nees_readout"},
-          .tasks = tasks,
+          .tasks = rig_shutter_tasks,
           .tables = {
               {{"task"},
                {rows_in("rigs"), sum_of("answers", "answer"), mean_of("found, %", "found", 2),

@@ -63,7 +63,7 @@ enum class Kind {
   ring
 };
 
-struct Case {
+struct FilmCase {
   const char* name;
   Kind kind;
   double motion_px = 0;
@@ -100,7 +100,7 @@ Dataset with_skew(Dataset world, double skew) {
   return world;
 }
 
-Dataset moving(const Case& c, const Dataset& still, Random& random) {
+Dataset moving(const FilmCase& c, const Dataset& still, Random& random) {
   const double distance_m = 1.1, focal_px = 900;  // of the worlds
   Vector6d unit;
   unit << Eigen::Vector3d::Constant(1 / focal_px), Eigen::Vector3d::Constant(distance_m / focal_px);
@@ -113,7 +113,7 @@ Dataset moving(const Case& c, const Dataset& still, Random& random) {
                        kReadout);
 }
 
-Dataset make_case(const Case& c, std::uint64_t seed) {
+Dataset make_case(const FilmCase& c, std::uint64_t seed) {
   WorldOptions options;
   options.sigma_px = 0;
   const Dataset still = make_world(opencv5_lens(), seed, options);
@@ -159,7 +159,7 @@ std::vector<Values> measured(const Dataset& set, const CalibrateOptions& options
   return {values};
 }
 
-std::vector<Values> measure(const Case& c, std::uint64_t seed) {
+std::vector<Values> measure(const FilmCase& c, std::uint64_t seed) {
   CalibrateOptions options;
   options.model = "opencv5";
   if (c.kind < Kind::film)
@@ -176,19 +176,20 @@ std::vector<Values> measure(const Case& c, std::uint64_t seed) {
                   c.readout_s);
 }
 
-std::vector<Task> tasks(const StudyOptions&) {
+std::vector<Task> shutter_tasks(const StudyOptions&) {
   cv::setNumThreads(1);
   std::vector<Task> tasks;
-  for (const Case& c :
-       {Case{"global", Kind::exact}, Case{"global, lens error", Kind::lens_error},
-        Case{"global, board error", Kind::board_error}, Case{"global, skew", Kind::skew},
-        Case{"global, fields of views", Kind::view_errors}, Case{"rolling, 6 sd", Kind::six_sd},
-        Case{"rolling, 2 px", Kind::moving, 2}, Case{"rolling, 5 px", Kind::moving, 5},
-        Case{"rolling, 10 px", Kind::moving, 10}, Case{"rolling, 20 px", Kind::moving, 20},
-        Case{"film, global", Kind::film}, Case{"film, 30 ms", Kind::film, 0, 0.03},
-        Case{"film, -15 ms", Kind::film, 0, -0.015},
-        Case{"film, global, lens error", Kind::bent_film},
-        Case{"film, ring, 20 ms", Kind::ring, 0, 0.02}})
+  for (const FilmCase& c :
+       {FilmCase{"global", Kind::exact}, FilmCase{"global, lens error", Kind::lens_error},
+        FilmCase{"global, board error", Kind::board_error}, FilmCase{"global, skew", Kind::skew},
+        FilmCase{"global, fields of views", Kind::view_errors},
+        FilmCase{"rolling, 6 sd", Kind::six_sd}, FilmCase{"rolling, 2 px", Kind::moving, 2},
+        FilmCase{"rolling, 5 px", Kind::moving, 5}, FilmCase{"rolling, 10 px", Kind::moving, 10},
+        FilmCase{"rolling, 20 px", Kind::moving, 20}, FilmCase{"film, global", Kind::film},
+        FilmCase{"film, 30 ms", Kind::film, 0, 0.03},
+        FilmCase{"film, -15 ms", Kind::film, 0, -0.015},
+        FilmCase{"film, global, lens error", Kind::bent_film},
+        FilmCase{"film, ring, 20 ms", Kind::ring, 0, 0.02}})
     tasks.push_back({c.name, [c](std::uint64_t seed) { return measure(c, seed); }});
   return tasks;
 }
@@ -201,7 +202,7 @@ Study shutter_study() {
       .summary = "rolling shutters: what is found, and the focal length under motion",
       .count = 1000,
       .columns = {"answer", "found", "f2", "f2_claim", "nees", "f2_opencv", "ms2", "nees_readout"},
-      .tasks = tasks,
+      .tasks = shutter_tasks,
       .tables = {{{"task"},
                   {rows_in("worlds"), sum_of("answers", "answer"), mean_of("found, %", "found", 2),
                    root_ratio_of("error of fx, px", "f2", "answer", 2),

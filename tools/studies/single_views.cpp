@@ -97,7 +97,7 @@ class Set {
   Calibration all_;
 };
 
-std::vector<Task> tasks(const StudyOptions& options) {
+std::vector<Task> single_views_tasks(const StudyOptions& options) {
   std::vector<Task> tasks;
   for (RealSet& read : read_sets(options.inputs)) {
     const auto set = std::make_shared<Set>(std::move(read), options);
@@ -130,7 +130,7 @@ Study single_views_study() {
                       {"seed", "1", "of the groups"}},
           .columns = {"views", "outcome", "fx", "sd_fx", "fx_all", "sd_fx_all", "of", "refused",
                       "too_wide", "z", "beyond", "error_percent", "sd_percent"},
-          .tasks = tasks,
+          .tasks = single_views_tasks,
           .tables = {{{"of", "task"}, figures}, {{"of"}, figures}}};
 }
 

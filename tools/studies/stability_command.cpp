@@ -25,7 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Arguments {
+struct StabilityArguments {
   std::vector<std::string> maps;
   std::string out, from;
   int trials = 0, threads = 1;
@@ -49,7 +49,7 @@ std::vector<StabilityMap> chosen_maps(const std::vector<std::string>& names) {
   return chosen;
 }
 
-std::string shown_command(const Arguments& a) {
+std::string shown_command(const StabilityArguments& a) {
   std::string command = "tagcal stability";
   for (const std::string& name : a.maps) command += " " + name;
   if (a.trials > 0) command += fmt::format(" --trials {}", a.trials);
@@ -58,13 +58,13 @@ std::string shown_command(const Arguments& a) {
   return command + fmt::format(" --seed {}", a.seed);
 }
 
-StabilityResult run_shown(const StabilityMap& map, const Arguments& a) {
+StabilityResult run_shown(const StabilityMap& map, const StabilityArguments& a) {
   const StabilityOptions options{a.seed, a.threads, a.quick, a.trials};
   Progress progress("stability " + map.name);
   return run_map(map, options, [&](int done, int total) { progress.update(done, total); });
 }
 
-int run(const Arguments& a) {
+int run(const StabilityArguments& a) {
   std::vector<StabilityMap> maps = chosen_maps(a.maps);
   if (a.list) {
     for (const StabilityMap& map : maps) fmt::print("{:<20} {}\n", map.name, map.title);
@@ -100,7 +100,7 @@ int run(const Arguments& a) {
 Command add_stability(CLI::App& app) {
   CLI::App* command =
       add_command(app, "stability", "maps of where the methods of tagcal and other libraries fail");
-  const auto a = std::make_shared<Arguments>();
+  const auto a = std::make_shared<StabilityArguments>();
   add_option(*command, "MAP", a->maps, "names of maps (see --list); default: all");
   add_option(*command, "--out", a->out, "folder for atlas.md and each map's .csv and .png")
       .text("DIR");

@@ -14,13 +14,13 @@ namespace tagcal::tools {
 using namespace study;
 namespace {
 
-struct Arguments {
+struct StudyArguments {
   Study study;
   StudyOptions options;
   std::string csv;
 };
 
-int run(Arguments& a) {
+int run(StudyArguments& a) {
   a.options.csv = a.csv;
   Progress progress("study " + a.study.name);
   const std::vector<Row> rows =
@@ -33,7 +33,7 @@ int run(Arguments& a) {
 
 Command add_study(CLI::App& app, Study study) {
   CLI::App* command = add_command(app, study.name, study.summary);
-  const auto a = std::make_shared<Arguments>(Arguments{std::move(study), {}, {}});
+  const auto a = std::make_shared<StudyArguments>(StudyArguments{std::move(study), {}, {}});
   a->options.count = a->study.count;
   a->options.first = a->study.first;
   if (!a->study.inputs.empty()) {

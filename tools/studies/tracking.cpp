@@ -95,7 +95,7 @@ std::vector<Values> measure(const MovingScene& scene, const std::vector<Pose>& p
            difference.largest_sds, difference.beyond_sd}};
 }
 
-std::vector<Task> tasks(const StudyOptions& options) {
+std::vector<Task> tracking_tasks(const StudyOptions& options) {
   std::vector<Task> tasks;
   for (const std::string& file : options.inputs) {
     const auto scene = std::make_shared<const MovingScene>(read_moving_scene(file));
@@ -129,7 +129,7 @@ Study tracking_study() {
                       {"step", "1", "views of the scene from frame to frame"}},
           .columns = {"frames", "followed", "searched_ms", "followed_ms", "clip_ms", "corners",
                       "only_one", "largest_px", "largest_sds", "beyond_sd"},
-          .tasks = tasks,
+          .tasks = tracking_tasks,
           .tables = {{{"task"}, figures}}};
 }
 

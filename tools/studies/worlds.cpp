@@ -27,7 +27,7 @@ namespace fs = std::filesystem;
 
 constexpr std::uint64_t kWorlds = 1000, kWorst = 20;
 
-struct Arguments {
+struct WorldsArguments {
   std::string action;
   std::vector<std::string> files;
   std::string out, page, by = "beyond";
@@ -54,7 +54,7 @@ Study study_of(const WorldId& id) {
           }};
 }
 
-int run(const Arguments& arguments) {
+int run(const WorldsArguments& arguments) {
   const Study study = study_of(arguments.id);
   const StudyOptions options{
       .first = arguments.first,
@@ -83,7 +83,7 @@ std::vector<Record> merged(const std::vector<std::string>& files) {
   return records;
 }
 
-std::vector<Record> worst_of(const Arguments& arguments) {
+std::vector<Record> worst_of(const WorldsArguments& arguments) {
   const Wrong kind = wrong_named(arguments.by);
   std::vector<Record> records = merged(arguments.files);
   std::erase_if(records, [&](const Record& r) { return !(wrongness(r, kind) > 1); });
@@ -94,7 +94,7 @@ std::vector<Record> worst_of(const Arguments& arguments) {
   return records;
 }
 
-int merge(const Arguments& arguments) {
+int merge(const WorldsArguments& arguments) {
   if (!arguments.out.empty())
     write_whole(arguments.out, rows_text(study_of({}), {}, merged_rows(arguments.files)));
   const std::string table = summary(merged(arguments.files));
@@ -131,7 +131,7 @@ void write_corners_of(const World& world, const fs::path& folder) {
   fmt::print("tagcal calibrate {}\n", folder.string());
 }
 
-int worst(const Arguments& arguments) {
+int worst(const WorldsArguments& arguments) {
   fs::create_directories(arguments.out);
   for (const Record& r : worst_of(arguments)) {
     fmt::print("{}\n", one_line(r));
@@ -144,7 +144,7 @@ int worst(const Arguments& arguments) {
   return 0;
 }
 
-int scene(const Arguments& arguments) {
+int scene(const WorldsArguments& arguments) {
   const World world = draw_world(arguments.id);
   if (arguments.corners_only)
     write_corners_of(world, arguments.out);
@@ -153,7 +153,7 @@ int scene(const Arguments& arguments) {
   return 0;
 }
 
-int run_action(Arguments a) {
+int run_action(WorldsArguments a) {
   if (a.corners_only) a.id.mode = kCorners;
   a.id.switches = switches_text(a.with, a.without, a.id.mode);
   const bool reads = a.action == "merge" || a.action == "worst";
@@ -174,7 +174,7 @@ namespace tools {
 Command add_worlds(CLI::App& app) {
   CLI::App* command = add_command(
       app, "worlds", "random worlds, from pixels or corners to the calibration, and its claims");
-  const auto a = std::make_shared<Arguments>();
+  const auto a = std::make_shared<WorldsArguments>();
   add_option(*command, "ACTION", a->action,
              "run: judge the worlds that are missing in a file; merge: the tables of files; worst: "
              "write the worst worlds; scene: write one world")
