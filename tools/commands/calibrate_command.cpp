@@ -10,6 +10,7 @@
 
 #include "commands/calibrate_many.hpp"
 #include "commands/commands.hpp"
+#include "draw/canvas.hpp"
 #include "draw/heat_map.hpp"
 #include "job/arguments.hpp"
 #include "job/camera_input.hpp"
@@ -105,7 +106,7 @@ void write_files(const CalibrateArguments& arguments, CalibrationAnswer& answer,
   const bool answered = is_answer(calibration.status);
   if (answered) write_answer_file(arguments.out, calibration_yaml(calibration));
   if (answered && !arguments.uncertainty.empty()) {
-    write_uncertainty_picture(arguments.uncertainty, calibration);
+    write_drawing(arguments.uncertainty, uncertainty_drawing(calibration));
     say_wrote(arguments.uncertainty);
   }
   if (!arguments.report.empty()) write_report(arguments, answer, std::move(used));

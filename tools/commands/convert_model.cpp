@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "draw/canvas.hpp"
 #include "draw/heat_map.hpp"
 #include "job/arguments.hpp"
 #include "job/messages.hpp"
@@ -59,10 +60,7 @@ std::string text_of(const LensFit& fit, const FileCamera& camera) {
 
 void write_picture(const std::string& file, const LensFit& fit, const SeenRegion& seen) {
   if (fit.difference_px.size() == 0) return;
-  if (std::filesystem::path(file).extension() == ".png")
-    write_png(file, lens_fit_image(fit));
-  else
-    write_whole(file, lens_fit_svg(fit, seen));
+  write_drawing(file, lens_fit_drawing(fit, seen));
 }
 
 // The error of the camera grows by what the lens differs, per coordinate.

@@ -9,6 +9,8 @@
 
 #include "draw/canvas.hpp"
 #include "tagcal/error.hpp"
+#include "tagcal/io/image_file.hpp"
+#include "tagcal/io/text_file.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -127,6 +129,13 @@ ImageRgb drawing_image(const Drawing& drawing, double pixels_per_unit) {
                                                         pixels(drawing.height)));
   paint(drawing, surface.get(), pixels_per_unit);
   return image_of(surface.get());
+}
+
+void write_drawing(const std::filesystem::path& file, const Drawing& drawing) {
+  if (file.extension() == ".png")
+    write_png(file, drawing_image(drawing, 1));
+  else
+    write_whole(file, drawing_svg(drawing));
 }
 
 }  // namespace tagcal::tools

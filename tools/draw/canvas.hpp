@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -50,5 +51,7 @@ Polyline circle(const Eigen::Vector2d& centre, double radius_px);
 // A drawing on white, by cairo.
 std::string drawing_svg(const study::Drawing& drawing);
 ImageRgb drawing_image(const study::Drawing& drawing, double pixels_per_unit);
+// A file ending in .png, of a pixel per unit, or else .svg.
+void write_drawing(const std::filesystem::path& file, const study::Drawing& drawing);
 
 }  // namespace tagcal::tools

@@ -5,18 +5,21 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
+#include <span>
+#include <utility>
 
 #include "job/shown_parameters.hpp"
-#include "tagcal/io/image_file.hpp"
-#include "tagcal/io/text_file.hpp"
 
 namespace tagcal::tools {
 namespace {
 
 using Eigen::Vector2d;
+using study::Drawing, study::Path, study::Text;
 
 constexpr int kHeatMapWidth = 640, kColourBarHeight = 40;  // of a drawing, pixels
 constexpr int kTitleHeight = 30, kBarHeight = 14, kBarMargin = 8;
+constexpr int kSteps = 64;  // colours of the scale
 
 struct HeatMap {
   ImageGrid grid;
@@ -61,10 +64,6 @@ Vector2d HeatMap::place(const Vector2d& pixel, double top) const {
           top + (pixel.y() + 0.5) * height() / grid.size.height};
 }
 
-std::string hex(const Rgb& colour) {
-  return fmt::format("#{:02x}{:02x}{:02x}", colour[0], colour[1], colour[2]);
-}
-
 // The powers of ten on the scale.
 std::vector<double> decades(const HeatMap& map) {
   std::vector<double> all;
@@ -75,183 +74,127 @@ std::vector<double> decades(const HeatMap& map) {
 }
 
 // The colour of a level.
-Rgb heat_colour(double level) {
+std::string heat_colour(double level) {
   static constexpr std::array<std::array<double, 3>, 5> kStops = {
       {{49, 90, 170}, {66, 160, 160}, {150, 200, 110}, {245, 205, 90}, {200, 60, 45}}};
   const double at = level * (kStops.size() - 1);
   const std::size_t i = std::min<std::size_t>(static_cast<std::size_t>(at), kStops.size() - 2);
   const double rest = at - static_cast<double>(i);
-  Rgb rgb;
+  std::string colour = "#";
   for (std::size_t c = 0; c < 3; ++c)
-    rgb[c] =
-        static_cast<std::uint8_t>(std::lround((1 - rest) * kStops[i][c] + rest * kStops[i + 1][c]));
-  return rgb;
+    colour +=
+        fmt::format("{:02x}", std::lround((1 - rest) * kStops[i][c] + rest * kStops[i + 1][c]));
+  return colour;
 }
 
-// The start of an SVG file of this height on white.
-std::string heat_svg_head(int height) {
-  return fmt::format(
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0}\" height=\"{1}\" "
-      "viewBox=\"0 0 {0} {1}\" font-family=\"sans-serif\" font-size=\"12\">\n"
-      "<rect width=\"{0}\" height=\"{1}\" fill=\"#fff\"/>\n",
-      kHeatMapWidth, height);
+// The level of the middle of its step on the scale.
+double step_of(double level) {
+  return (std::min(std::floor(level * kSteps), kSteps - 1.0) + 0.5) / kSteps;
 }
 
-std::string heat_cells_svg(const HeatMap& map, double top) {
+// A rectangle that overlaps those to be drawn after it, so that no white shows between them.
+void add_cell(double left, double top, double width, double height, double level,
+              Drawing& drawing) {
+  const double right = left + width + 1, bottom = top + height + 1;
+  drawing.items.emplace_back(
+      Path{{{left, top}, {right, top}, {right, bottom}, {left, bottom}}, heat_colour(level)});
+}
+
+void add_text(const Vector2d& middle, std::string text, Text::At at, Drawing& drawing) {
+  constexpr double kSize = 9;
+  drawing.items.emplace_back(Text{middle, std::move(text), kSize, std::string(study::kBlack), at});
+}
+
+// The colours, a dashed line around the pixels of a hull, and the values at some nodes.
+void add_map(const HeatMap& map, std::span<const Vector2d> hull, double top,
+             const std::function<std::string(double)>& text_of, Drawing& drawing) {
   constexpr int kFiner = 4;  // cells to a node
-  std::string svg;
   const int columns = kFiner * (map.grid.columns - 1), rows = kFiner * (map.grid.rows - 1);
   const double w = static_cast<double>(kHeatMapWidth) / columns;
   const double h = static_cast<double>(map.height()) / rows;
   for (int row = 0; row < rows; ++row)
-    for (int column = 0; column < columns; ++column)
-      svg += fmt::format(
-          "<rect x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\" "
-          "fill=\"{}\"/>\n",
-          column * w, top + row * h, w + 0.3, h + 0.3,
-          hex(heat_colour(map.level((column + 0.5) / columns, (row + 0.5) / rows))));
-  return svg;
-}
-
-// A dashed polygon around the pixels of a hull.
-std::string heat_hull_svg(const HeatMap& map, std::span<const Vector2d> hull, double top) {
-  std::string points;
-  for (const Vector2d& pixel : hull) {
-    const Vector2d at = map.place(pixel, top);
-    points += fmt::format("{:.1f},{:.1f} ", at.x(), at.y());
-  }
-  return fmt::format(
-      "<polygon points=\"{}\" fill=\"none\" stroke=\"#fff\" stroke-width=\"2\" "
-      "stroke-dasharray=\"6 4\"/>\n",
-      points);
-}
-
-// The texts of the values at some nodes.
-std::string heat_numbers_svg(const HeatMap& map, double top,
-                             const std::function<std::string(double)>& text_of) {
-  std::string svg;
-  for (int row = 1; row < map.grid.rows - 1; row += 3) {
-    for (int column = 2; column < map.grid.columns - 1; column += 4) {
-      const Vector2d at = map.place(map.grid.pixel(column, row), top);
-      svg += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{}</text>\n",
-                         at.x(), at.y() + 4, text_of(map.values(row, column)));
+    for (int column = 0, next = 0; column < columns; column = next) {
+      const auto level_at = [&](int c) {
+        return step_of(map.level((c + 0.5) / columns, (row + 0.5) / rows));
+      };
+      const double level = level_at(column);
+      for (next = column + 1; next < columns && level_at(next) == level;) ++next;
+      add_cell(column * w, top + row * h, (next - column) * w, h, level, drawing);
     }
+  if (!hull.empty()) {
+    Path around{{}, "#ffffff", 2, 1, 5};
+    for (std::size_t i = 0; i <= hull.size(); ++i)
+      around.points.push_back(map.place(hull[i % hull.size()], top));
+    drawing.items.emplace_back(std::move(around));
   }
-  return svg;
+  for (int row = 1; row < map.grid.rows - 1; row += 3)
+    for (int column = 2; column < map.grid.columns - 1; column += 4)
+      add_text(map.place(map.grid.pixel(column, row), top), text_of(map.values(row, column)),
+               Text::At::middle, drawing);
 }
 
 // The scale, with a number for each power of ten.
-std::string colour_bar_svg(const HeatMap& map, double top) {
-  constexpr int kSteps = 64;
+void add_colour_bar(const HeatMap& map, double top, Drawing& drawing) {
   const double width = kHeatMapWidth - 2.0 * kBarMargin;
-  std::string svg;
   for (int i = 0; i < kSteps; ++i)
-    svg += fmt::format(
-        "<rect x=\"{:.2f}\" y=\"{:.1f}\" width=\"{:.2f}\" height=\"{}\" fill=\"{}\"/>\n",
-        kBarMargin + width * i / kSteps, top + 6, width / kSteps + 0.3, kBarHeight,
-        hex(heat_colour((i + 0.5) / kSteps)));
+    add_cell(kBarMargin + width * i / kSteps, top + 6, width / kSteps, kBarHeight,
+             (i + 0.5) / kSteps, drawing);
   for (const double value : decades(map)) {
     const double level = level_of(value, map);
-    const char* const anchor = level < 0.01 ? "start" : level > 0.99 ? "end" : "middle";
-    svg += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\">{:g} px</text>\n",
-                       kBarMargin + width * level, top + kBarHeight + 19, anchor, value);
+    const Text::At at = level < 0.01   ? Text::At::left
+                        : level > 0.99 ? Text::At::right
+                                       : Text::At::middle;
+    add_text({kBarMargin + width * level, top + kBarHeight + 15}, fmt::format("{:g} px", value), at,
+             drawing);
   }
-  return svg;
-}
-
-// The map and below it the scale, with a mark at each power of ten.
-ImageRgb heat_picture(const HeatMap& map) {
-  const int height = map.height();
-  ImageRgb picture({kHeatMapWidth, height + 2 * kBarMargin + kBarHeight});
-  const double width = kHeatMapWidth - 2.0 * kBarMargin;
-  for (int y = 0; y < picture.height(); ++y) {
-    for (int x = 0; x < kHeatMapWidth; ++x) {
-      const double along = (x + 0.5 - kBarMargin) / width;
-      const int below = y - height - kBarMargin;
-      Rgb colour = {255, 255, 255};
-      if (y < height)
-        colour = heat_colour(map.level((x + 0.5) / kHeatMapWidth, (y + 0.5) / height));
-      else if (below >= 0 && below < kBarHeight && along >= 0 && along <= 1)
-        colour = heat_colour(along);
-      picture(x, y) = colour;
-    }
-  }
-  for (const double value : decades(map)) {
-    const int x =
-        std::clamp(static_cast<int>(std::lround(kBarMargin + width * level_of(value, map))), 0,
-                   kHeatMapWidth - 1);
-    for (int y = height + kBarMargin; y < picture.height(); ++y) picture(x, y) = {0, 0, 0};
-  }
-  return picture;
-}
-
-HeatMap map_of(const LensFit& fit) { return {fit.grid, fit.difference_px}; }
-
-HeatMap map_of(const ProjectionUncertainty& p) { return {p.grid, p.sigma_px}; }
-
-std::string uncertainty_svg(const Calibration& calibration) {
-  const int panel = map_of(calibration.projection.front()).height() + kTitleHeight;
-  std::string svg = heat_svg_head(panel * static_cast<int>(calibration.projection.size()));
-  for (std::size_t i = 0; i < calibration.projection.size(); ++i) {
-    const ProjectionUncertainty& p = calibration.projection[i];
-    const double title = static_cast<double>(panel) * static_cast<double>(i);
-    const double top = title + kTitleHeight;
-    const HeatMap map = map_of(p);
-    svg += fmt::format(
-        "<text x=\"8\" y=\"{:.0f}\">sd of the projection at {}, pixels per coordinate; dashed: "
-        "where corners were</text>\n",
-        title + 20, distance_text(p.distance_m));
-    svg += heat_cells_svg(map, top) + heat_hull_svg(map, calibration.seen.hull(), top) +
-           heat_numbers_svg(map, top, [&p](double sigma) {
-             return std::isnan(sigma)               ? "no ray"
-                    : has_bound(sigma, p.grid.size) ? fmt::format("{:.2g}", sigma)
-                                                    : "no bound";
-           });
-  }
-  return svg + "</svg>\n";
-}
-
-Image8 uncertainty_image(const Calibration& calibration) {
-  const int height = map_of(calibration.projection.front()).height();
-  Image8 image({kHeatMapWidth, height * static_cast<int>(calibration.projection.size())});
-  for (std::size_t i = 0; i < calibration.projection.size(); ++i) {
-    const HeatMap map = map_of(calibration.projection[i]);
-    for (int y = 0; y < height; ++y)
-      for (int x = 0; x < kHeatMapWidth; ++x)
-        image(x, static_cast<int>(i) * height + y) = static_cast<std::uint8_t>(
-            std::lround(255 * map.level((x + 0.5) / kHeatMapWidth, (y + 0.5) / height)));
-  }
-  return image;
 }
 
 }  // namespace
 
-std::string lens_fit_svg(const LensFit& fit, const SeenRegion& seen) {
-  const HeatMap map = map_of(fit);
-  const int bottom = kTitleHeight + map.height();
-  std::string svg = heat_svg_head(bottom + kColourBarHeight);
-  svg +=
-      fmt::format("<text x=\"8\" y=\"20\">difference of model {} from the lens, pixels{}</text>\n",
-                  fit.model->name(), seen.hull().empty() ? "" : "; dashed: where corners were");
-  svg += heat_cells_svg(map, kTitleHeight);
-  if (!seen.hull().empty()) svg += heat_hull_svg(map, seen.hull(), kTitleHeight);
-  svg += heat_numbers_svg(map, kTitleHeight, [](double px) {
-    return std::isnan(px) ? "no ray" : std::isinf(px) ? "none" : fmt::format("{:.2g}", px);
-  });
-  return svg + colour_bar_svg(map, bottom) + "</svg>\n";
+Drawing uncertainty_drawing(const Calibration& calibration) {
+  Drawing drawing{kHeatMapWidth, 0};
+  for (const ProjectionUncertainty& p : calibration.projection) {
+    const HeatMap map{p.grid, p.sigma_px};
+    add_text({8, drawing.height + kTitleHeight / 2.0},
+             fmt::format("sd of the projection at {}, pixels per coordinate; dashed: where corners "
+                         "were",
+                         distance_text(p.distance_m)),
+             Text::At::left, drawing);
+    add_map(
+        map, calibration.seen.hull(), drawing.height + kTitleHeight,
+        [&p](double sigma) {
+          return std::isnan(sigma)               ? "no ray"
+                 : has_bound(sigma, p.grid.size) ? fmt::format("{:.2g}", sigma)
+                                                 : "no bound";
+        },
+        drawing);
+    drawing.height += kTitleHeight + map.height();
+    add_colour_bar(map, drawing.height, drawing);
+    drawing.height += kColourBarHeight;
+  }
+  return drawing;
 }
 
-ImageRgb lens_fit_image(const LensFit& fit) { return heat_picture(map_of(fit)); }
+Drawing lens_fit_drawing(const LensFit& fit, const SeenRegion& seen) {
+  const HeatMap map{fit.grid, fit.difference_px};
+  const double bottom = kTitleHeight + map.height();
+  Drawing drawing{kHeatMapWidth, bottom + kColourBarHeight};
+  add_text({8, kTitleHeight / 2.0},
+           fmt::format("difference of model {} from the lens, pixels{}", fit.model->name(),
+                       seen.hull().empty() ? "" : "; dashed: where corners were"),
+           Text::At::left, drawing);
+  add_map(
+      map, seen.hull(), kTitleHeight,
+      [](double px) {
+        return std::isnan(px) ? "no ray" : std::isinf(px) ? "none" : fmt::format("{:.2g}", px);
+      },
+      drawing);
+  add_colour_bar(map, bottom, drawing);
+  return drawing;
+}
 
 std::string distance_text(double distance_m) {
   return std::isfinite(distance_m) ? fmt::format("{:.3g} m", distance_m) : "infinity";
-}
-
-void write_uncertainty_picture(const std::filesystem::path& file, const Calibration& calibration) {
-  if (file.extension() == ".png")
-    write_png(file, uncertainty_image(calibration));
-  else
-    write_whole(file, uncertainty_svg(calibration));
 }
 
 }  // namespace tagcal::tools

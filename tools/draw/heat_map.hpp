@@ -1,27 +1,25 @@
 #pragma once
 
-#include <filesystem>
 #include <string>
 
+#include "study/plot/drawing.hpp"
 #include "tagcal/estimate/calibrate.hpp"
 #include "tagcal/estimate/lens_fit.hpp"
-#include "tagcal/scene/image.hpp"
 
-// Values in pixels over an image, as colours on a logarithmic scale: blue, green, yellow, red.
+// Values in pixels over an image, as colours on a logarithmic scale: blue, green, yellow, red. The
+// drawings are 640 units wide.
 
 namespace tagcal::tools {
 
-// The difference between a fitted lens and its source over the image, with the colour scale; the
-// SVG also has numbers and the hull of `seen`. Red: from 10 px on, without a projection, and
-// without a ray. Precondition: the fit has a grid of differences.
-std::string lens_fit_svg(const LensFit& fit, const SeenRegion& seen);
-ImageRgb lens_fit_image(const LensFit& fit);
+// The difference between a fitted lens and its source over the image, with numbers, the hull of
+// `seen` and the scale. Red: from 10 px on, without a projection, and without a ray. Precondition:
+// the fit has a grid of differences.
+study::Drawing lens_fit_drawing(const LensFit& fit, const SeenRegion& seen);
 
-// Writes the projection's standard deviation over the image, one panel per distance below each
-// other: .svg with the hull of the corners, or .png, 640 pixels wide: black up to 0.001 px, white
-// from 10 px on (and without a ray), logarithmic between. Preconditions: calibration.projection is
-// not empty, calibration.camera has a value.
-void write_uncertainty_picture(const std::filesystem::path& file, const Calibration& calibration);
+// The projection's standard deviation over the image, one panel per distance below each other, with
+// numbers, the hull of the corners and the scale. Preconditions: calibration.projection is not
+// empty, calibration.camera has a value.
+study::Drawing uncertainty_drawing(const Calibration& calibration);
 
 std::string distance_text(double distance_m);  // "infinity" or "1.2 m"
 
