@@ -33,7 +33,7 @@ DetectedPicture found_discs(const CheckerView& view, const Camera* camera = null
   return detect(view.image, {{view.board, Pose()}}, options, "a.png");
 }
 
-// CentreErrors of centres, those of each picture in its own claims.
+// Errors of centres, those of each picture in its own claims.
 struct CentreErrors {
   int count = 0;
   double nees = 0, squares = 0, claimed = 0;

@@ -143,8 +143,12 @@ TEST(Calibrate, AnUncertaintyNeedsADistance) {
 }
 
 TEST(Calibrate, FurtherDistancesChangeNoClaim) {
-  const Dataset world = make_world(opencv5_lens(), 1);
+  WorldOptions from_afar;  // so that the borders of the image have no corners
+  from_afar.min_distance_m = 2;
+  from_afar.max_distance_m = 2.5;
+  const Dataset world = make_world(opencv5_lens(), 1, from_afar);
   const Calibration plain = calibrate(world);
+  ASSERT_TRUE(has(plain, "extrapolated"));
   CalibrateOptions options;
   options.distances_m = {0.2, std::numeric_limits<double>::infinity(), 30};
   const Calibration further = calibrate(world, options);
@@ -152,7 +156,9 @@ TEST(Calibrate, FurtherDistancesChangeNoClaim) {
   EXPECT_EQ(further.projection[1].distance_m, plain.projection[1].distance_m);
   EXPECT_EQ(further.projection[3].distance_m, 30);
   EXPECT_EQ(camera_error_px(further), camera_error_px(plain));
-  EXPECT_EQ(further.findings.size(), plain.findings.size());
+  ASSERT_EQ(further.findings.size(), plain.findings.size());
+  for (std::size_t i = 0; i < plain.findings.size(); ++i)
+    EXPECT_EQ(further.findings[i].sentence, plain.findings[i].sentence);
 }
 
 TEST(Calibrate, FrontalBoardsHoldNoFocalLength) {

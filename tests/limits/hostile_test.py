@@ -16,7 +16,7 @@ import texts
 import trial
 
 MOST_CPU_S = 1.0
-MOST_CPU_S_PER_MEGAPIXEL = 0.5  # of a picture with its size in its name; usual ones take 0.1 to 1 s
+MOST_CPU_S_PER_MEGAPIXEL = 0.5  # of a whole picture of one colour; usual ones take 0.1 to 1 s
 MOST_MB = 100.0  # above a run without work
 
 COMMANDS = {
@@ -86,7 +86,7 @@ def words_of(command, file, out):
 
 
 def most_cpu_s(file):
-    size = re.search(r"-(\d+)x(\d+)\.", file.name)
+    size = re.search(r"solid-(\d+)x(\d+)\.", file.name)
     pixels = int(size[1]) * int(size[2]) if size else 0
     return max(MOST_CPU_S, MOST_CPU_S_PER_MEGAPIXEL * min(pixels, 4e6) / 1e6)
 

@@ -13,8 +13,6 @@
 #include "job/outputs.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/lens_fit.hpp"
-#include "tagcal/io/image_file.hpp"
-#include "tagcal/io/text_file.hpp"
 
 namespace tagcal::tools {
 namespace {

@@ -21,8 +21,8 @@ namespace {
 using Eigen::MatrixXd;
 using Points = std::map<CornerId, Eigen::Vector3d>;
 
-// A view that took part in the calibration, with its information for the calibration's noise and the
-// inflation of its variances.
+// A view that took part in the calibration, with its information for the calibration's noise and
+// the inflation of its variances.
 struct InformativeView {
   SelectedView view;
   MatrixXd information;
