@@ -11,10 +11,10 @@
 #include "report/rig_report.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/internal/parallel.hpp"
+#include "tagcal/internal/text.hpp"
 #include "tagcal/io/camera_file.hpp"
 #include "tagcal/io/rig_calibration_file.hpp"
 #include "tagcal/io/rig_file.hpp"
-#include "tagcal/io/text/number_text.hpp"
 
 namespace tagcal::tools {
 using namespace internal;

@@ -16,7 +16,7 @@
 #include "tagcal/camera/model.hpp"
 #include "tagcal/detect/families.hpp"
 #include "tagcal/error.hpp"
-#include "tagcal/io/text/number_text.hpp"
+#include "tagcal/internal/text.hpp"
 #include "tagcal/io/text_file.hpp"
 
 namespace tagcal::tools {

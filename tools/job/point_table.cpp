@@ -11,7 +11,7 @@
 
 #include "job/plain_text.hpp"
 #include "tagcal/error.hpp"
-#include "tagcal/io/text/number_text.hpp"
+#include "tagcal/internal/text.hpp"
 #include "tagcal/io/text_file.hpp"
 
 namespace tagcal::tools {

@@ -137,9 +137,6 @@ struct Fleet {
   std::size_t count(UnitVerdict verdict) const;
 };
 
-// p below which a unit is outlying, and has drifted.
-double outlying_p();
-
 // Compares the units. `history`: also how each serial changed, by dates and temperatures. With
 // limits the units are judged by these, and outlying ones are reported only. `threads`: 0, one per
 // core.

@@ -6,13 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <numbers>
 #include <sstream>
 #include <tuple>
 #include <utility>
 
 #include "tagcal/error.hpp"
-#include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/internal/parallel.hpp"
 #include "tagcal/io/yaml/yaml_reader.hpp"
 
@@ -238,8 +236,6 @@ void judge_unit(JudgedUnit& judged, const FleetGroup& group,
 }
 
 }  // namespace
-
-double outlying_p() { return std::erfc(internal::policy::kSignificant / std::numbers::sqrt2) / 2; }
 
 const char* verdict_name(UnitVerdict verdict) {
   constexpr const char* kNames[] = {"ok",        "outlying", "out_of_limits", "drifted",

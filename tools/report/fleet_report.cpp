@@ -8,7 +8,6 @@
 #include <map>
 
 #include "job/terminal.hpp"
-#include "tagcal/solvers/numeric/statistics.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -142,7 +141,9 @@ std::vector<std::string> drift_lines(const Fleet& fleet) {
 double usual_own_sigma(const Fleet& fleet, const FleetGroup& group, std::size_t parameter) {
   std::vector<double> own;
   for (const std::size_t i : group.units) own.push_back(fleet.units[i].sigma(parameter));
-  return internal::median(std::move(own));
+  const auto middle = own.begin() + std::ssize(own) / 2;
+  std::ranges::nth_element(own, middle);
+  return *middle;
 }
 
 std::string fleet_verdict(const Fleet& fleet) {

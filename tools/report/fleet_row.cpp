@@ -9,7 +9,7 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/findings.hpp"
-#include "tagcal/io/text/number_text.hpp"
+#include "tagcal/internal/text.hpp"
 #include "tagcal/io/text_file.hpp"
 
 namespace tagcal::tools {

@@ -5,7 +5,7 @@
 #include "job/terminal.hpp"
 #include "report/findings.hpp"
 #include "report/json_parts.hpp"
-#include "tagcal/io/text/number_text.hpp"
+#include "tagcal/internal/text.hpp"
 
 #include <fmt/format.h>
 

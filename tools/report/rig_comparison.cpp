@@ -2,15 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <array>
-#include <limits>
 #include <utility>
 
 #include "tagcal/error.hpp"
+#include "tagcal/internal/text.hpp"
 #include "tagcal/io/rig_calibration_file.hpp"
-#include "tagcal/io/text/number_text.hpp"
-#include "tagcal/solvers/numeric/statistics.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -45,28 +42,6 @@ std::optional<MatrixX> covariance_of_pairs(const ComparedRig& a, const ComparedR
   return sum;
 }
 
-// The normal score of d' C^-1 d. Directions without a variance, which rounding leaves, do not
-// count.
-std::optional<double> score_of(const Eigen::VectorXd& step, const MatrixX& covariance) {
-  const Eigen::VectorXd sigmas = covariance.diagonal().cwiseMax(0).cwiseSqrt();
-  if (!(sigmas.minCoeff() > 0)) return std::nullopt;
-  const Eigen::VectorXd scaled = step.cwiseQuotient(sigmas);
-  const Eigen::MatrixXd correlation =
-      sigmas.cwiseInverse().asDiagonal() * covariance * sigmas.cwiseInverse().asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(correlation);
-  constexpr double kNone = 1e-10;  // numeric: of the correlations, whose mean eigenvalue is 1
-  double sum = 0, count = 0;
-  for (Eigen::Index i = 0; i < step.size(); ++i) {
-    if (!(solver.eigenvalues()[i] > kNone)) continue;
-    const double along = solver.eigenvectors().col(i).dot(scaled);
-    sum += along * along / solver.eigenvalues()[i];
-    ++count;
-  }
-  if (count == 0) return std::nullopt;
-  return internal::variance_ratio_score(sum / count, count,
-                                        std::numeric_limits<double>::infinity());
-}
-
 std::string names_of(const ComparedRig& rig) {
   return internal::joined(rig.file.cameras, ", ", &FileCamera::name);
 }
@@ -85,7 +60,7 @@ PlaceDifference difference_of(const ComparedRig& a, const ComparedRig& b,
   const std::vector<CameraPair> in_b = {{shared[first].in_b, shared[second].in_b}};
   if (const auto covariance = covariance_of_pairs(a, b, in_a, in_b)) {
     d.covariance = *covariance;
-    d.in_sigmas = score_of(d.step, *covariance);
+    d.in_sigmas = step_score(d.step, *covariance);
   }
   return d;
 }
@@ -125,7 +100,7 @@ PlacesComparison compare_places(const ComparedRig& a, const ComparedRig& b,
     steps.segment<6>(6 * static_cast<Eigen::Index>(j - 1)) = places.pairs[j - 1].step;
   }
   if (const auto covariance = covariance_of_pairs(a, b, in_a, in_b))
-    places.in_sigmas = score_of(steps, *covariance);
+    places.in_sigmas = step_score(steps, *covariance);
   return places;
 }
 

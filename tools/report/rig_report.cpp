@@ -13,7 +13,7 @@
 #include "report/findings.hpp"
 #include "report/json_parts.hpp"
 #include "tagcal/internal/degrees.hpp"
-#include "tagcal/io/text/number_text.hpp"
+#include "tagcal/internal/text.hpp"
 
 namespace tagcal::tools {
 namespace {

@@ -66,6 +66,10 @@ struct UnitDistance {
   double in_sigmas = 0;      // by how many, with its sign
 };
 
+// p_value below which a unit is outlying, and a trend is one: a normal variable is beyond 3.72 of
+// its standard deviations with it.
+double outlying_p();
+
 // Precondition: the population's status is ok, and the unit has its number of values.
 UnitDistance unit_distance(const Population& population, const UnitValues& unit);
 

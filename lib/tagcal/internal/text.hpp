@@ -1,9 +1,17 @@
 #pragma once
 
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+#include <functional>
+#include <optional>
 #include <span>
 #include <string>
+#include <string_view>
+#include <utility>
 
-// Numbers and lists for sentences.
+// Numbers and lists as text, and back.
 
 namespace tagcal::internal {
 
@@ -20,5 +28,64 @@ std::string listed(std::span<const std::string> names);  // "a, b and c"
 
 // The name of a third or a side of an image: (-1, -1) is "upper left", (0, 0) `middle`.
 std::string side_name(int x, int y, const char* middle);
+
+// The texts of items with a separator between them; `text_of`: a member or a function.
+template <typename Items, typename TextOf = std::identity>
+std::string joined(const Items& items, std::string_view separator, const TextOf& text_of = {}) {
+  std::string all;
+  for (const auto& item : items)
+    all.append(all.empty() ? "" : separator).append(std::invoke(text_of, item));
+  return all;
+}
+
+// Parses a finite decimal number; no value if `text` has anything else.
+inline std::optional<double> parse_number(std::string_view text) {
+  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  if (!std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
+inline std::optional<int> parse_whole(std::string_view text) {
+  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
+  int value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+// The shortest text that reads back as the same double.
+inline std::string number_text(double value) { return fmt::format("{}", value); }
+
+// Text from a file, made printable in a message of one line.
+inline std::string shown(std::string_view text) {
+  constexpr std::size_t kMost = 60;
+  std::string line;
+  for (const char c : text.substr(0, kMost)) {
+    const auto byte = static_cast<unsigned char>(c);
+    line += byte < 0x20 || byte == 0x7f ? '?' : c;
+  }
+  if (text.size() > kMost) line += "...";
+  return line;
+}
+
+// Parses a length in metres: a number, or one with a unit behind it (30mm, 3 cm, 0.03m, 1in). No
+// value if `text` has anything else.
+inline std::optional<double> parse_length(std::string_view text) {
+  constexpr std::pair<std::string_view, double> kUnits[] = {
+      {"mm", 1e-3}, {"cm", 1e-2}, {"in", 0.0254}, {"ft", 0.3048}, {"m", 1}};
+  for (const auto& [unit, metres] : kUnits) {
+    if (!text.ends_with(unit)) continue;
+    text.remove_suffix(unit.size());
+    while (text.ends_with(' ')) text.remove_suffix(1);
+    const auto number = parse_number(text);
+    // A quotient of whole powers of ten is the double that the same length in metres reads as.
+    if (!number) return std::nullopt;
+    return metres < 0.02 ? *number / (1 / metres) : *number * metres;
+  }
+  return parse_number(text);
+}
 
 }  // namespace tagcal::internal

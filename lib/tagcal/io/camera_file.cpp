@@ -8,10 +8,10 @@
 #include <set>
 
 #include "tagcal/error.hpp"
+#include "tagcal/internal/text.hpp"
 #include "tagcal/io/formats/colmap.hpp"
 #include "tagcal/io/formats/format_table.hpp"
 #include "tagcal/io/text/limits.hpp"
-#include "tagcal/io/text/number_text.hpp"
 #include "tagcal/io/text_file.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
 

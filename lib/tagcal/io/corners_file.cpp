@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include "tagcal/error.hpp"
+#include "tagcal/internal/text.hpp"
 #include "tagcal/io/dataset_file.hpp"
 #include "tagcal/io/formats/corner_lists.hpp"
-#include "tagcal/io/text/number_text.hpp"
 #include "tagcal/io/text_file.hpp"
 
 namespace tagcal {

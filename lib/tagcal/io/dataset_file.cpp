@@ -6,9 +6,9 @@
 #include <cassert>
 
 #include "tagcal/error.hpp"
+#include "tagcal/internal/text.hpp"
 #include "tagcal/io/dataset/dataset_parts.hpp"
 #include "tagcal/io/text/limits.hpp"
-#include "tagcal/io/text/number_text.hpp"
 #include "tagcal/io/text_file.hpp"
 #include "tagcal/io/yaml/yaml_boards.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"

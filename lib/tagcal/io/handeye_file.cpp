@@ -4,9 +4,9 @@
 
 #include <cassert>
 
+#include "tagcal/internal/text.hpp"
 #include "tagcal/io/formats/number_format.hpp"
 #include "tagcal/io/formats/tagcal_format.hpp"
-#include "tagcal/io/text/number_text.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
 
 namespace tagcal {

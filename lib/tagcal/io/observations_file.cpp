@@ -9,10 +9,10 @@
 #include <unordered_map>
 
 #include "tagcal/error.hpp"
+#include "tagcal/internal/text.hpp"
 #include "tagcal/io/corners_file.hpp"
 #include "tagcal/io/dataset_file.hpp"
 #include "tagcal/io/formats/corner_lists.hpp"
-#include "tagcal/io/text/number_text.hpp"
 #include "tagcal/io/text_file.hpp"
 
 namespace tagcal {

@@ -5,11 +5,11 @@
 #include <cassert>
 
 #include "tagcal/error.hpp"
+#include "tagcal/internal/text.hpp"
 #include "tagcal/io/calibration_file.hpp"
 #include "tagcal/io/camera_file.hpp"
 #include "tagcal/io/formats/number_format.hpp"
 #include "tagcal/io/formats/tagcal_format.hpp"
-#include "tagcal/io/text/number_text.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
 #include "tagcal/uncertainty/uncertain_camera.hpp"
 

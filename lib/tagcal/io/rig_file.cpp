@@ -7,12 +7,12 @@
 #include <utility>
 
 #include "tagcal/error.hpp"
+#include "tagcal/internal/text.hpp"
 #include "tagcal/io/dataset/csv_rows.hpp"
 #include "tagcal/io/dataset/dataset_parts.hpp"
 #include "tagcal/io/dataset_file.hpp"
 #include "tagcal/io/image_file.hpp"
 #include "tagcal/io/text/limits.hpp"
-#include "tagcal/io/text/number_text.hpp"
 #include "tagcal/io/text_file.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
 #include "tagcal/scene/rig_pairing.hpp"

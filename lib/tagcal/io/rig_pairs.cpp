@@ -4,9 +4,9 @@
 #include <map>
 
 #include "tagcal/error.hpp"
+#include "tagcal/internal/text.hpp"
 #include "tagcal/io/dataset/csv_rows.hpp"
 #include "tagcal/io/rig_file.hpp"
-#include "tagcal/io/text/number_text.hpp"
 
 namespace tagcal {
 using namespace internal;

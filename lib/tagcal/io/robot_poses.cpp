@@ -6,9 +6,9 @@
 #include <set>
 
 #include "tagcal/error.hpp"
+#include "tagcal/internal/text.hpp"
 #include "tagcal/io/dataset/pose_columns.hpp"
 #include "tagcal/io/formats/text_lines.hpp"
-#include "tagcal/io/text/number_text.hpp"
 #include "tagcal/io/text_file.hpp"
 #include "tagcal/io/yaml/yaml_reader.hpp"
 

@@ -2,7 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Eigenvalues>
+#include <limits>
+
 #include "tagcal/error.hpp"
+#include "tagcal/solvers/numeric/statistics.hpp"
 
 namespace tagcal {
 
@@ -48,6 +52,26 @@ Eigen::Matrix<double, 6, 12> pair_by_places(const Pose& a_from_rig, const Pose& 
   by.block<3, 3>(3, 6) = arm;
   by.block<3, 3>(3, 9).setIdentity();
   return by;
+}
+
+std::optional<double> step_score(const Eigen::VectorXd& step, const MatrixX& covariance) {
+  const Eigen::VectorXd sigmas = covariance.diagonal().cwiseMax(0).cwiseSqrt();
+  if (!(sigmas.minCoeff() > 0)) return std::nullopt;
+  const Eigen::VectorXd scaled = step.cwiseQuotient(sigmas);
+  const Eigen::MatrixXd correlation =
+      sigmas.cwiseInverse().asDiagonal() * covariance * sigmas.cwiseInverse().asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(correlation);
+  constexpr double kNone = 1e-10;  // numeric: of the correlations, whose mean eigenvalue is 1
+  double sum = 0, count = 0;
+  for (Eigen::Index i = 0; i < step.size(); ++i) {
+    if (!(solver.eigenvalues()[i] > kNone)) continue;
+    const double along = solver.eigenvectors().col(i).dot(scaled);
+    sum += along * along / solver.eigenvalues()[i];
+    ++count;
+  }
+  if (count == 0) return std::nullopt;
+  return internal::variance_ratio_score(sum / count, count,
+                                        std::numeric_limits<double>::infinity());
 }
 
 KnownRig selected(const KnownRig& rig, std::span<const std::size_t> cameras) {

@@ -39,6 +39,11 @@ struct KnownRig {
 // The step of b_from_a = b_from_rig * a_from_rig^-1 by those of the two poses (`retract`).
 Eigen::Matrix<double, 6, 12> pair_by_places(const Pose& a_from_rig, const Pose& b_from_rig);
 
+// How unlike zero a step d of covariance C is, as the quantile of a normal distribution: of d' C^-1
+// d over the directions that have a variance (rounding leaves some without). No value if a
+// component has none.
+std::optional<double> step_score(const Eigen::VectorXd& step, const MatrixX& covariance);
+
 // Some cameras of a rig, in this order, with the covariance of these.
 KnownRig selected(const KnownRig& rig, std::span<const std::size_t> cameras);
 

@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 #include <cassert>
 #include <cmath>
+#include <numbers>
 
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/findings.hpp"
@@ -151,6 +152,8 @@ Population estimate_population(std::span<const UnitValues> units,
   population.status = judge(population.findings);
   return population;
 }
+
+double outlying_p() { return std::erfc(policy::kSignificant / std::numbers::sqrt2) / 2; }
 
 UnitDistance unit_distance(const Population& population, const UnitValues& unit) {
   assert(is_answer(population.status) && unit.values.size() == population.centre.size());

@@ -9,7 +9,7 @@
 #include "tagcal/error.hpp"
 #include "tagcal/geometry/viewpoint.hpp"
 #include "tagcal/internal/degrees.hpp"
-#include "tagcal/io/text/number_text.hpp"
+#include "tagcal/internal/text.hpp"
 
 namespace tagcal::internal {
 namespace {

@@ -6,9 +6,9 @@
 #include <map>
 
 #include "tagcal/error.hpp"
+#include "tagcal/internal/text.hpp"
 #include "tagcal/io/formats/opencv_format.hpp"
 #include "tagcal/io/text/limits.hpp"
-#include "tagcal/io/text/number_text.hpp"
 #include "tagcal/io/text_file.hpp"
 
 namespace tagcal::internal {

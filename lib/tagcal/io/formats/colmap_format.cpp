@@ -9,10 +9,10 @@
 #include <set>
 
 #include "tagcal/error.hpp"
+#include "tagcal/internal/text.hpp"
 #include "tagcal/io/formats/number_format.hpp"
 #include "tagcal/io/formats/text_lines.hpp"
 #include "tagcal/io/text/limits.hpp"
-#include "tagcal/io/text/number_text.hpp"
 #include "tagcal/io/text_file.hpp"
 
 namespace tagcal::internal {

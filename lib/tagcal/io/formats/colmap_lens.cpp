@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "tagcal/error.hpp"
-#include "tagcal/io/text/number_text.hpp"
+#include "tagcal/internal/text.hpp"
 
 namespace tagcal::internal {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <map>
 
-#include "tagcal/io/text/number_text.hpp"
+#include "tagcal/internal/text.hpp"
 
 namespace tagcal::internal {
 namespace {

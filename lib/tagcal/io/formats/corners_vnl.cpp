@@ -6,9 +6,9 @@
 #include <set>
 
 #include "tagcal/error.hpp"
+#include "tagcal/internal/text.hpp"
 #include "tagcal/io/formats/corner_lists.hpp"
 #include "tagcal/io/formats/text_lines.hpp"
-#include "tagcal/io/text/number_text.hpp"
 
 namespace tagcal::internal {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "tagcal/error.hpp"
-#include "tagcal/io/text/number_text.hpp"
+#include "tagcal/internal/text.hpp"
 
 namespace tagcal::internal {
 Lens lens_of(const LensKind& kind, std::span<const double> given, const std::string& where) {

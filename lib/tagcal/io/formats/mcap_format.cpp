@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "tagcal/error.hpp"
+#include "tagcal/internal/text.hpp"
 #include "tagcal/io/formats/number_format.hpp"
 #include "tagcal/io/formats/opencv_format.hpp"
-#include "tagcal/io/text/number_text.hpp"
 
 namespace tagcal::internal {
 namespace {

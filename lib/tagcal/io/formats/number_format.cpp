@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "tagcal/io/text/number_text.hpp"
+#include "tagcal/internal/text.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
 
 namespace tagcal::internal {

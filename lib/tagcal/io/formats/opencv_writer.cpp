@@ -1,9 +1,9 @@
 #include <fmt/format.h>
 
 #include "tagcal/error.hpp"
+#include "tagcal/internal/text.hpp"
 #include "tagcal/io/formats/number_format.hpp"
 #include "tagcal/io/formats/opencv_format.hpp"
-#include "tagcal/io/text/number_text.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
 #include "tagcal/reproject/rectify.hpp"
 

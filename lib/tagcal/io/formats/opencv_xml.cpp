@@ -7,8 +7,8 @@
 #include <opencv2/core.hpp>
 
 #include "tagcal/error.hpp"
+#include "tagcal/internal/text.hpp"
 #include "tagcal/io/text/limits.hpp"
-#include "tagcal/io/text/number_text.hpp"
 
 namespace tagcal::internal {
 namespace {

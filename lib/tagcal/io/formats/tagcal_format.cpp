@@ -4,12 +4,12 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/rig_types.hpp"
+#include "tagcal/internal/text.hpp"
 #include "tagcal/io/formats/corner_lists.hpp"
 #include "tagcal/io/formats/number_format.hpp"
 #include "tagcal/io/formats/opencv_camera.hpp"
 #include "tagcal/io/formats/opencv_format.hpp"
 #include "tagcal/io/text/limits.hpp"
-#include "tagcal/io/text/number_text.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
 #include "tagcal/uncertainty/uncertain_camera.hpp"
 

@@ -7,7 +7,7 @@
 #include <set>
 
 #include "tagcal/error.hpp"
-#include "tagcal/io/text/number_text.hpp"
+#include "tagcal/internal/text.hpp"
 
 namespace tagcal::internal {
 namespace {

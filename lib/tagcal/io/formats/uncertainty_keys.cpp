@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tagcal/io/text/number_text.hpp"
+#include "tagcal/internal/text.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
 #include "tagcal/uncertainty/uncertain_camera.hpp"
 

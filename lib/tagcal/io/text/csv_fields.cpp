@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "tagcal/error.hpp"
-#include "tagcal/io/text/number_text.hpp"
+#include "tagcal/internal/text.hpp"
 
 namespace tagcal {
 using namespace internal;

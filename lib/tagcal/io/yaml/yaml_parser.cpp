@@ -9,8 +9,8 @@
 #include <sstream>
 
 #include "tagcal/error.hpp"
+#include "tagcal/internal/text.hpp"
 #include "tagcal/io/text/limits.hpp"
-#include "tagcal/io/text/number_text.hpp"
 #include "tagcal/io/yaml/yaml_reader.hpp"
 
 namespace tagcal::internal {

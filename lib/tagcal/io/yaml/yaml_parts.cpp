@@ -6,8 +6,8 @@
 #include <limits>
 #include <map>
 
+#include "tagcal/internal/text.hpp"
 #include "tagcal/io/text/limits.hpp"
-#include "tagcal/io/text/number_text.hpp"
 
 namespace tagcal::internal {
 namespace {

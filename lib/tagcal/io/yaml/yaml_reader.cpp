@@ -6,7 +6,7 @@
 #include <numeric>
 
 #include "tagcal/error.hpp"
-#include "tagcal/io/text/number_text.hpp"
+#include "tagcal/internal/text.hpp"
 #include "tagcal/io/text_file.hpp"
 
 namespace tagcal::internal {
