@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 #include <set>
 
 #include "tagcal/error.hpp"
@@ -76,20 +75,22 @@ bool is_diagnosis(std::string_view finding, const Diagnosis& diagnosis) {
          finding.substr(end).find(diagnosis.text) != std::string_view::npos;
 }
 
-// True if every lens of model `other` is a lens of `model`.
+// True if every lens of model `other` is a lens of `model`: the parameters that a free one of
+// `other` sets are free in `model`, and tied to no more.
 bool contains(const std::string& model, const std::string& other) {
-  static const std::map<std::string, std::set<std::string>> contained = {
-      {"f", {"f"}},
-      {"f+c", {"f", "f+c"}},
-      {"pinhole", {"f", "f+c", "pinhole"}},
-      {"radial1", {"f", "f+c", "radial1"}},
-      {"radial2", {"f", "f+c", "radial1", "radial2"}},
-      {"opencv4", {"f", "f+c", "pinhole", "radial1", "radial2", "opencv4"}},
-      {"opencv5", {"f", "f+c", "pinhole", "radial1", "radial2", "opencv4", "opencv5"}},
-      {"opencv8", {"f", "f+c", "pinhole", "radial1", "radial2", "opencv4", "opencv5", "opencv8"}},
-      {"fisheye4", {"fisheye4"}}};
-  const auto found = contained.find(model);
-  return found != contained.end() && found->second.contains(other);
+  const auto named = [](const std::string& name) {
+    return std::ranges::find(Model::all(), name, &Model::name);
+  };
+  const auto large = named(model), small = named(other);
+  if (large == Model::all().end() || small == Model::all().end()) return false;
+  return &large->kind() == &small->kind() &&
+         std::ranges::all_of(small->free(), [&](const FreeParameter& one) {
+           std::set<int> rest(one.lens_parameters.begin(), one.lens_parameters.end());
+           for (const FreeParameter& many : large->free())
+             if (std::ranges::includes(one.lens_parameters, many.lens_parameters))
+               for (const int i : many.lens_parameters) rest.erase(i);
+           return rest.empty();
+         });
 }
 
 }  // namespace
