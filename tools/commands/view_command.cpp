@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "commands/commands.hpp"
+#include "draw/canvas.hpp"
 #include "draw/view_panels.hpp"
 #include "job/arguments.hpp"
 #include "job/camera_input.hpp"
@@ -198,7 +199,7 @@ ViewingPipeline pipeline_of(const ViewArguments& arguments, const Scene& scene, 
 
 std::string report_text(const ViewArguments& arguments, const ViewReport& report) {
   if (arguments.json) return view_json(report);
-  if (arguments.svg) return view_svg(report);
+  if (arguments.svg) return drawing_svg(view_drawing(report));
   return arguments.opengl ? view_opengl(report) : view_text(report, arguments.steps);
 }
 

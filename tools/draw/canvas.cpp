@@ -4,8 +4,6 @@
 #include <numbers>
 #include <optional>
 
-#include "tagcal/viewing/clip.hpp"
-
 namespace tagcal::tools {
 namespace {
 
@@ -28,7 +26,21 @@ Window window_of(cairo_surface_t* surface, double margin) {
           cairo_image_surface_get_height(surface) + margin};
 }
 
-// The parts of a line inside the window.
+// Pixels have their centres at whole numbers.
+CairoContext context_of(cairo_surface_t* surface) {
+  CairoContext context(cairo_create(surface));
+  cairo_translate(context.get(), 0.5, 0.5);
+  cairo_set_line_cap(context.get(), CAIRO_LINE_CAP_ROUND);
+  cairo_set_line_join(context.get(), CAIRO_LINE_JOIN_ROUND);
+  return context;
+}
+
+void set_source(cairo_t* c, const Rgb& colour, double opacity) {
+  cairo_set_source_rgba(c, colour[0] / 255.0, colour[1] / 255.0, colour[2] / 255.0, opacity);
+}
+
+}  // namespace
+
 std::vector<Polyline> clipped(const Polyline& line, const Window& window) {
   std::vector<Polyline> parts;
   bool broken = true;
@@ -45,21 +57,6 @@ std::vector<Polyline> clipped(const Polyline& line, const Window& window) {
   return parts;
 }
 
-// Pixels have their centres at whole numbers.
-CairoContext context_of(cairo_surface_t* surface) {
-  CairoContext context(cairo_create(surface));
-  cairo_translate(context.get(), 0.5, 0.5);
-  cairo_set_line_cap(context.get(), CAIRO_LINE_CAP_ROUND);
-  cairo_set_line_join(context.get(), CAIRO_LINE_JOIN_ROUND);
-  return context;
-}
-
-void set_colour(cairo_t* c, const Rgb& colour, double opacity) {
-  cairo_set_source_rgba(c, colour[0] / 255.0, colour[1] / 255.0, colour[2] / 255.0, opacity);
-}
-
-}  // namespace
-
 Canvas::Canvas(const Image8& picture) : surface_(surface_of(grey(picture))) {}
 
 Canvas::Canvas(const ImageSize& size, const Rgb& colour)
@@ -68,7 +65,7 @@ Canvas::Canvas(const ImageSize& size, const Rgb& colour)
 void Canvas::draw(const std::vector<Polyline>& lines, const Pen& pen) {
   const CairoContext context = context_of(surface_.get());
   cairo_t* const c = context.get();
-  set_colour(c, pen.colour, pen.opacity);
+  set_source(c, pen.colour, pen.opacity);
   cairo_set_line_width(c, pen.width_px);
   cairo_set_dash(c, &pen.dash_px, pen.dash_px > 0 ? 1 : 0, 0);
   const Window window = window_of(surface_.get(), 2 * pen.width_px + 1);
@@ -93,10 +90,10 @@ void Canvas::write(const Label& label, const Rgb& colour) {
   cairo_move_to(c, label.middle.x() - extents.x_bearing - extents.width / 2,
                 label.middle.y() - extents.y_bearing - extents.height / 2);
   cairo_text_path(c, label.text.c_str());
-  set_colour(c, {255, 255, 255}, 0.8);
+  set_source(c, {255, 255, 255}, 0.8);
   cairo_set_line_width(c, kHaloWidth * label.height_px);
   cairo_stroke_preserve(c);
-  set_colour(c, colour, 1);
+  set_source(c, colour, 1);
   cairo_fill(c);
 }
 

@@ -8,10 +8,14 @@
 #include "draw/cairo.hpp"
 #include "study/plot/drawing.hpp"
 #include "tagcal/scene/image.hpp"
+#include "tagcal/viewing/clip.hpp"
 
 namespace tagcal::tools {
 
 using Polyline = std::vector<Eigen::Vector2d>;  // pixels, open; one point is a dot
+
+// The parts of a line inside the window.
+std::vector<Polyline> clipped(const Polyline& line, const Window& window);
 
 struct Pen {
   Rgb colour = {0, 0, 0};
@@ -47,6 +51,9 @@ class Canvas {
 
 // A full circle.
 Polyline circle(const Eigen::Vector2d& centre, double radius_px);
+
+// The width of a text of a drawing.
+double text_width(const study::Text& text);
 
 // A drawing on white, by cairo.
 std::string drawing_svg(const study::Drawing& drawing);

@@ -50,7 +50,8 @@ PrintedSheet sheet_with_scale_bar(const std::vector<Contour>& ink_mm, const Shee
 // The least size of the page for ink of this size.
 Eigen::Vector2d needed_size(const Eigen::Vector2d& ink_mm, const SheetFrame& frame);
 
-// SVG whose user unit is the millimetre.
+// SVG whose user unit is the millimetre. Cairo would round to 1/256 of one, too coarse for small
+// targets on glass.
 std::string sheet_svg(const PrintedSheet& sheet, const std::string& title);
 
 // The page in pixels; the grey level of a pixel is its exact share of ink.

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 
-#include "draw/svg_panel.hpp"
+#include "draw/labels.hpp"
+#include "draw/scene_drawing.hpp"
 #include "draw/view_panels.hpp"
 #include "tagcal/viewing/viewport.hpp"
 
@@ -10,6 +11,7 @@ namespace tagcal::tools {
 namespace {
 
 using Eigen::Vector2d;
+using study::Drawing;
 
 constexpr double kMarginX = 10, kMarginY = 20;  // px, for the names of the corners
 
@@ -25,22 +27,19 @@ class ImagePanel {
         camera_(resized(report.pipeline.camera, drawn_size())),
         labels_({0, size.width, 0, size.height}) {}
 
-  std::string svg() {
-    const SvgPanel panel(camera_, report_.pipeline.camera_from_world);
+  Drawing drawing() {
     const ImageSize& drawn = camera_.image_size;
-    const Vector2d corner = origin();
-    std::string svg = fmt::format(
-        "<svg id=\"image-drawing\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" viewBox=\"-0.5 "
-        "-0.5 {} {}\">\n<rect x=\"-0.5\" y=\"-0.5\" width=\"{}\" height=\"{}\" fill=\"{}\"/>\n",
-        corner.x(), corner.y(), drawn.width, drawn.height, drawn.width, drawn.height, drawn.width,
-        drawn.height, grey(report_.scene.background_level));
-    svg += panel.things(report_.scene) + "</svg>\n";
-    svg += fmt::format(
-        "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"none\" stroke=\"{}\"/>\n",
-        corner.x(), corner.y(), drawn.width, drawn.height, kInk);
-    svg += marks();
+    const Vector2d from = origin(), to = from + Vector2d(drawn.width, drawn.height);
+    Drawing drawing;
+    drawing.area(from.x(), from.y(), to.x(), to.y(), grey_colour(report_.scene.background_level));
+    Drawing things;
+    ScenePen(camera_, report_.pipeline.camera_from_world).draw(report_.scene, things);
+    drawing.add(things, from + Vector2d::Constant(0.5));
+    add_outline({from, {to.x(), from.y()}, to, {from.x(), to.y()}}, kInk, 1, drawing);
+    add_marks(drawing);
     name_corners();
-    return svg + "<g id=\"image-labels\">\n" + labels_.svg() + "</g>\n";
+    labels_.draw(drawing);
+    return drawing;
   }
 
  private:
@@ -63,26 +62,22 @@ class ImagePanel {
     return origin() + scale.cwiseProduct(*pixel + Vector2d::Constant(0.5));
   }
 
-  std::string marks() {
+  void add_marks(Drawing& drawing) {
     const FollowedPoint& f = report_.followed;
     const auto p = parameters(report_.pipeline.camera.lens);
     const Vector2d principal(p[2], p[3]);
-    std::string svg;
     if (const auto at = in_panel(principal)) {
-      svg += fmt::format("<path d=\"M{:.2f} {:.2f}m-6 0h12m-6 -6v12\" stroke=\"{}\"/>\n", at->x(),
-                         at->y(), kVolumeColour);
+      for (const Vector2d& arm : {Vector2d(6, 0), Vector2d(0, 6)})
+        drawing.line(*at - arm, *at + arm, kVolumeColour, 1);
       labels_.keep_free(*at);
       labels_.add("principal point " + pixel_text(principal), *at, kVolumeColour);
     }
-    if (const auto at = in_panel(f.in_raster_px))
-      svg += svg_circle("raster", *at, 6, fmt::format("fill=\"none\" stroke=\"{}\"", kPointColour));
+    if (const auto at = in_panel(f.in_raster_px)) add_ring(*at, 6, kPointColour, drawing);
     const auto at = in_panel(f.pixel);
-    if (!at) return svg;
+    if (!at) return;
     labels_.keep_free(*at);
     labels_.add("pixel " + pixel_text(*f.pixel), *at, kPointColour);
-    const std::string_view fill = f.sight == Sight::seen ? kPointColour : "none";
-    return svg + svg_circle("pixel", *at, 3,
-                            fmt::format("fill=\"{}\" stroke=\"{}\"", fill, kPointColour));
+    (f.sight == Sight::seen ? add_disc : add_ring)(*at, 3, kPointColour, drawing);
   }
 
   void name_corners() {
@@ -96,13 +91,13 @@ class ImagePanel {
   const ViewReport& report_;
   PanelSize size_;
   Camera camera_;
-  SvgLabels labels_;
+  Labels labels_;
 };
 
 }  // namespace
 
-std::string image_panel(const ViewReport& report, const PanelSize& size) {
-  return ImagePanel(report, size).svg();
+Drawing image_panel(const ViewReport& report, const PanelSize& size) {
+  return ImagePanel(report, size).drawing();
 }
 
 }  // namespace tagcal::tools

@@ -5,7 +5,8 @@
 #include <array>
 #include <numbers>
 
-#include "draw/svg_panel.hpp"
+#include "draw/labels.hpp"
+#include "draw/scene_drawing.hpp"
 #include "draw/view_panels.hpp"
 #include "tagcal/scene/surfaces.hpp"
 #include "tagcal/viewing/projection.hpp"
@@ -16,6 +17,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::Vector4d;
+using study::Drawing;
 
 constexpr double kRecedes = std::numbers::pi / 6;  // direction of depth on the page
 constexpr double kHalfSide = 0.5;  // of the near face, as a share of the panel's smaller side:
@@ -34,22 +36,24 @@ class NdcPanel {
   NdcPanel(const ViewReport& report, const PanelSize& size)
       : report_(report),
         size_(size),
-        panel_(cabinet_camera(), Pose()),
+        pen_(cabinet_camera(), Pose()),
         labels_({0, size.width, 0, size.height}) {}
 
-  std::string svg() {
-    std::string svg = cube() + panel_.things(clipped_scene());
-    svg += point() + near_face();
+  Drawing drawing() {
+    Drawing drawing;
+    add_cube(drawing);
+    pen_.draw(clipped_scene(), drawing);
+    add_point(drawing);
+    add_near_face(drawing);
     for (int axis = 0; axis < 3; ++axis) {
       const Vector2d tip = at(1.25 * Vector3d::Unit(axis));
       labels_.add(std::string(1, "xyz"[axis]), tip, kAxisColours[axis]);
-      svg += svg_line(fmt::format("ndc-axis-{}", "xyz"[axis]), at(Vector3d::Zero()), tip,
-                      fmt::format("stroke=\"{}\" stroke-width=\"1.5\"", kAxisColours[axis]));
+      drawing.line(at(Vector3d::Zero()), tip, kAxisColours[axis], 1.5);
     }
     labels_.add("near, z = -1", at({-1, -1, -1}), kVolumeColour);
     labels_.add("far, z = 1", at({1, 1, 1}), kVolumeColour);
-    return "<g id=\"ndc-drawing\">\n" + svg + "</g>\n<g id=\"ndc-labels\">\n" + labels_.svg() +
-           "</g>\n";
+    labels_.draw(drawing);
+    return drawing;
   }
 
  private:
@@ -64,7 +68,7 @@ class NdcPanel {
         {static_cast<int>(size_.width), static_cast<int>(size_.height)}};
   }
 
-  Vector2d at(const Vector3d& ndc) const { return *panel_.pixel(in_drawing(ndc)); }
+  Vector2d at(const Vector3d& ndc) const { return *pen_.pixel(in_drawing(ndc)); }
 
   std::vector<Vector2d> all_at(const std::vector<Vector3d>& all) const {
     std::vector<Vector2d> pixels;
@@ -104,49 +108,46 @@ class NdcPanel {
     return result;
   }
 
-  std::string cube() const {
-    const std::string thin =
-        fmt::format("fill=\"none\" stroke=\"{}\" stroke-width=\"0.8\"", kVolumeColour);
-    std::string svg =
-        svg_polygon("ndc-far", all_at({{-1, -1, 1}, {1, -1, 1}, {1, 1, 1}, {-1, 1, 1}}), thin);
+  void add_cube(Drawing& drawing) const {
+    constexpr double kLine = 0.8;
+    add_outline(all_at({{-1, -1, 1}, {1, -1, 1}, {1, 1, 1}, {-1, 1, 1}}), kVolumeColour, kLine,
+                drawing);
     for (const double x : {-1, 1})
-      for (const double y : {-1, 1}) svg += svg_line("", at({x, y, -1}), at({x, y, 1}), thin);
-    return svg;
+      for (const double y : {-1, 1})
+        drawing.line(at({x, y, -1}), at({x, y, 1}), kVolumeColour, kLine);
   }
 
-  std::string near_face() const {
-    return svg_polygon("ndc-near", all_at({{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1}}),
-                       fmt::format("fill=\"{0}\" fill-opacity=\"0.08\" stroke=\"{0}\" "
-                                   "stroke-width=\"1.2\"",
-                                   kVolumeColour));
+  void add_near_face(Drawing& drawing) const {
+    const auto corners = all_at({{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1}});
+    add_area(corners, kVolumeColour, 0.08, drawing);
+    add_outline(corners, kVolumeColour, 1.2, drawing);
   }
 
   // The point, and its place on the near face, where the image is.
-  std::string point() {
+  void add_point(Drawing& drawing) {
     const auto& ndc = report_.followed.in_ndc;
-    if (!ndc) return "";
+    if (!ndc) return;
     const Vector2d there = at(*ndc), image = at({ndc->x(), ndc->y(), -1});
-    const Eigen::Vector2d panel(size_.width, size_.height);
-    if ((there.array() < 0).any() || (there.array() > panel.array()).any()) return "";
+    if (!contains(pen_.camera().image_size, there)) return;
     labels_.keep_free(there);
     labels_.add(fmt::format("({:.3f}, {:.3f}, {:.3f})", ndc->x(), ndc->y(), ndc->z()), there,
                 kPointColour);
     labels_.keep_free(image);
-    return svg_line("ndc-ray", image, there, fmt::format("stroke=\"{}\"", kPointColour)) +
-           svg_circle("ndc-image-point", image, 3, fmt::format("fill=\"{}\"", kPlaneColour)) +
-           svg_circle("ndc-point", there, 4, fmt::format("fill=\"{}\"", kPointColour));
+    drawing.line(image, there, kPointColour, 1);
+    add_disc(image, 3, kPlaneColour, drawing);
+    add_disc(there, 4, kPointColour, drawing);
   }
 
   const ViewReport& report_;
   PanelSize size_;
-  SvgPanel panel_;
-  SvgLabels labels_;
+  ScenePen pen_;
+  Labels labels_;
 };
 
 }  // namespace
 
-std::string ndc_panel(const ViewReport& report, const PanelSize& size) {
-  return NdcPanel(report, size).svg();
+Drawing ndc_panel(const ViewReport& report, const PanelSize& size) {
+  return NdcPanel(report, size).drawing();
 }
 
 }  // namespace tagcal::tools

@@ -1,11 +1,9 @@
 #pragma once
 
-#include <string>
-
 #include "job/view_report.hpp"
+#include "study/plot/drawing.hpp"
 
-// The panels of the drawing of `tagcal view`: SVG groups with their own coordinates, in pixels from
-// the upper left corner. Elements with an `id` carry the positions that tests check.
+// The panels of the drawing of `tagcal view`.
 
 namespace tagcal::tools {
 
@@ -15,15 +13,15 @@ struct PanelSize {
 };
 
 // The scene from outside: objects, frames, the camera's view volume, the line of sight.
-std::string scene_panel(const ViewReport& report, const PanelSize& size);
+study::Drawing scene_panel(const ViewReport& report, const PanelSize& size);
 
-// The image of the camera.
-std::string image_panel(const ViewReport& report, const PanelSize& size);
+// The image of the camera, in a frame.
+study::Drawing image_panel(const ViewReport& report, const PanelSize& size);
 
 // The canonical volume (NDC) and the part of the scene in it, as a cabinet projection.
-std::string ndc_panel(const ViewReport& report, const PanelSize& size);
+study::Drawing ndc_panel(const ViewReport& report, const PanelSize& size);
 
-// A drawing, SVG: the scene with the camera's view volume, the image, and the canonical volume.
-std::string view_svg(const ViewReport& report);
+// All three, and the coordinates of the point.
+study::Drawing view_drawing(const ViewReport& report);
 
 }  // namespace tagcal::tools

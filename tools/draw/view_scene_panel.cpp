@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <map>
 
+#include "draw/labels.hpp"
 #include "draw/outside_view.hpp"
-#include "draw/svg_panel.hpp"
+#include "draw/scene_drawing.hpp"
 #include "draw/view_panels.hpp"
-#include "job/plain_text.hpp"
 #include "tagcal/scene/surfaces.hpp"
 
 namespace tagcal::tools {
@@ -14,41 +14,33 @@ namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
+using study::Drawing;
 
 class ScenePanel {
  public:
   ScenePanel(const ViewReport& report, const PanelSize& size)
       : report_(report),
         view_(report),
-        panel_(view_.camera(size), view_.camera_from_world()),
+        pen_(view_.camera(size), view_.camera_from_world()),
         labels_({0, size.width, 0, size.height}) {}
 
-  std::string svg() {
-    const std::string sight = line_of_sight(), volume = view_volume();  // named first
-    std::string svg = panel_.things(report_.scene);
-    for (const DrawnFrame& frame : view_.frames()) svg += axes(frame);
-    svg += volume + sight;
+  Drawing drawing() {
+    Drawing sight, volume, drawing;
+    add_line_of_sight(sight);
+    add_view_volume(volume);  // named first, these two
+    pen_.draw(report_.scene, drawing);
+    for (const DrawnFrame& frame : view_.frames()) add_axes(frame, drawing);
+    drawing.add(volume, Vector2d::Zero());
+    drawing.add(sight, Vector2d::Zero());
     name_objects();
     if (!view_.left_out().empty())
       name("beyond the drawing: " + view_.left_out(), {5, labels_.height() - 5}, kInk);
-    return fmt::format(
-               "<g id=\"scene-drawing\" data-lens=\"{} {} {}\" data-camera-from-world=\"{}\" "
-               "data-image-depth=\"{}\">\n",
-               parameters(panel_.camera().lens)[0], parameters(panel_.camera().lens)[2],
-               parameters(panel_.camera().lens)[3], pose_text(), view_.image_depth_m()) +
-           svg + "</g>\n<g id=\"scene-labels\">\n" + labels_.svg() + "</g>\n";
+    labels_.draw(drawing);
+    return drawing;
   }
 
  private:
-  std::string pose_text() const {
-    const Eigen::Matrix4d m = panel_.camera_from_world().matrix();
-    std::string text;
-    for (int i = 0; i < 12; ++i)  // numeric: the three rows that are not 0 0 0 1
-      text += fmt::format("{}{}", i ? " " : "", m(i / 4, i % 4));
-    return text;
-  }
-
-  Vector2d at(const Vector3d& x_in_world) const { return *panel_.pixel(x_in_world); }
+  Vector2d at(const Vector3d& x_in_world) const { return *pen_.pixel(x_in_world); }
 
   std::vector<Vector2d> at(const std::vector<Vector3d>& points) const {
     std::vector<Vector2d> pixels;
@@ -60,47 +52,39 @@ class ScenePanel {
     labels_.add(text, point, colour);
   }
 
-  std::string axes(const DrawnFrame& frame) {
-    std::string svg;
+  void add_axes(const DrawnFrame& frame, Drawing& drawing) {
     const Vector2d origin = at(Vector3d(frame.world_from_frame.translation()));
     labels_.keep_free(origin);
     for (int axis = 0; axis < 3; ++axis) {
       const Vector2d tip = at(view_.axis_tip(frame, axis));
-      svg += svg_line(fmt::format("axis-{}-{}", xml_text(frame.name), "xyz"[axis]), origin, tip,
-                      fmt::format("stroke=\"{}\" stroke-width=\"2\"", kAxisColours[axis]));
+      drawing.line(origin, tip, kAxisColours[axis], 2);
       name(std::string(1, "xyz"[axis]), tip, kAxisColours[axis]);
     }
     name(frame.name, origin, kInk);
-    return svg;
   }
 
-  std::string plane(std::string_view id, double depth, std::string_view colour, double opacity,
-                    const std::string& text) {
+  void add_plane(double depth, std::string_view colour, double opacity, const std::string& text,
+                 Drawing& drawing) {
     const std::vector<Vector2d> pixels = at(view_.cross_section(depth));
     const auto top = std::ranges::min_element(pixels, {}, [](const auto& p) { return p.y(); });
     name(text, *top, colour);
-    return svg_polygon(id, pixels,
-                       fmt::format("fill=\"{0}\" fill-opacity=\"{1}\" stroke=\"{0}\" "
-                                   "stroke-width=\"0.9\"",
-                                   colour, opacity));
+    add_area(pixels, colour, opacity, drawing);
+    add_outline(pixels, colour, 0.9, drawing);
   }
 
-  std::string edges(double from, double to, std::string_view style) const {
+  void add_edges(double from, double to, double dash, Drawing& drawing) const {
     const auto begin = at(view_.cross_section(from)), end = at(view_.cross_section(to));
-    std::string svg;
-    for (std::size_t i = 0; i < begin.size(); ++i) svg += svg_line("", begin[i], end[i], style);
-    return svg;
+    for (std::size_t i = 0; i < begin.size(); ++i)
+      drawing.line(begin[i], end[i], kVolumeColour, 0.8, 1, dash);
   }
 
-  std::string view_volume() {
+  void add_view_volume(Drawing& drawing) {
     const ViewVolume& v = report_.pipeline.volume;
-    const std::string thin = fmt::format("stroke=\"{}\" stroke-width=\"0.8\"", kVolumeColour);
     const double near = std::min(v.near_m, view_.drawn_depth_m());
-    std::string svg = edges(0, near, thin + " stroke-dasharray=\"2 2\"");
-    svg += edges(near, view_.drawn_depth_m(), thin);
+    add_edges(0, near, 2, drawing);
+    add_edges(near, view_.drawn_depth_m(), 0, drawing);
     if (v.far_m <= view_.drawn_depth_m()) {
-      svg +=
-          plane("far", v.far_m, kVolumeColour, 0.05, fmt::format("far plane, {:.4g} m", v.far_m));
+      add_plane(v.far_m, kVolumeColour, 0.05, fmt::format("far plane, {:.4g} m", v.far_m), drawing);
     } else {
       const Vector2d end = at(view_.cross_section(view_.drawn_depth_m())).front();
       const bool near_too = v.near_m > view_.drawn_depth_m();
@@ -109,52 +93,47 @@ class ScenePanel {
                        view_.drawn_depth_m()),
            end, kVolumeColour);
     }
-    svg += plane("image-plane", view_.image_depth_m(), kPlaneColour, 0.15,
-                 fmt::format("image plane, drawn at {:.3g} m", view_.image_depth_m()));
+    add_plane(view_.image_depth_m(), kPlaneColour, 0.15,
+              fmt::format("image plane, drawn at {:.3g} m", view_.image_depth_m()), drawing);
     if (v.near_m <= view_.drawn_depth_m())
-      svg += plane("near", v.near_m, kVolumeColour, 0.2,
-                   fmt::format("near plane, {:.4g} m", v.near_m));
-    return svg;
+      add_plane(v.near_m, kVolumeColour, 0.2, fmt::format("near plane, {:.4g} m", v.near_m),
+                drawing);
   }
 
   // The ray from the eye through the image to what stops it, and on to the point.
-  std::string line_of_sight() {
+  void add_line_of_sight(Drawing& drawing) {
+    constexpr double kLine = 1.2;
     const FollowedPoint& f = report_.followed;
-    const std::string ray = fmt::format("stroke=\"{}\" stroke-width=\"1.2\"", kPointColour);
     const Vector3d start = view_.sight_start_in_eye();
     const Vector2d from = at(view_.in_world(start)), point = at(f.in_world);
     const Vector2d stop = f.hit_in_world ? at(*f.hit_in_world) : point;
-    std::string svg = svg_line("ray", from, stop, ray);
-    if (f.hit_in_world)
-      svg += svg_line("ray-behind", stop, point, ray + " stroke-dasharray=\"3 3\"");
+    drawing.line(from, stop, kPointColour, kLine);
+    if (f.hit_in_world) drawing.line(stop, point, kPointColour, kLine, 1, 3);
     if (const auto inside =
             clip_segment(start, f.in_eye, clip_planes(report_.pipeline.clip_from_eye)))
-      svg += svg_line(
-          "ray-in-volume", at(view_.in_world(start + inside->from * (f.in_eye - start))),
-          at(view_.in_world(start + inside->to * (f.in_eye - start))),
-          fmt::format("stroke=\"{}\" stroke-width=\"3\" stroke-opacity=\"0.35\"", kPointColour));
+      drawing.line(at(view_.in_world(start + inside->from * (f.in_eye - start))),
+                   at(view_.in_world(start + inside->to * (f.in_eye - start))), kPointColour, 3,
+                   0.35);
     const HalfSpace image{-Vector3d::UnitZ(), view_.image_depth_m()};
     if (const auto pierced = segment_plane_intersection(start, f.in_eye, image)) {
       const Vector2d pixel = at(view_.in_world(*pierced));
-      svg += svg_circle("image-point", pixel, 3, fmt::format("fill=\"{}\"", kPlaneColour));
+      add_disc(pixel, 3, kPlaneColour, drawing);
       labels_.keep_free(pixel);
       name("image point", pixel, kPlaneColour);
     }
-    svg += svg_circle("point", point, 4, fmt::format("fill=\"{}\"", kPointColour));
+    add_disc(point, 4, kPointColour, drawing);
     labels_.keep_free(point);
     name(report_.point.name, point, kPointColour);
-    if (f.hit_in_world) svg += hit(stop);
-    return svg;
+    if (f.hit_in_world) add_hit(stop, drawing);
   }
 
-  std::string hit(const Vector2d& stop) {
+  void add_hit(const Vector2d& stop, Drawing& drawing) {
     labels_.keep_free(stop);
     name("stopped by " + report_.followed.hidden_by, stop, kPointColour);
-    return svg_circle(
-               "hit", stop, 4.5,
-               fmt::format("fill=\"#fff\" stroke=\"{}\" stroke-width=\"1.5\"", kPointColour)) +
-           fmt::format("<path d=\"M{:.2f} {:.2f}m-3 -3l6 6m0 -6l-6 6\" stroke=\"{}\"/>\n", stop.x(),
-                       stop.y(), kPointColour);
+    add_disc(stop, 4.5, "#ffffff", drawing);
+    add_ring(stop, 4.5, kPointColour, drawing);
+    for (const Vector2d& arm : {Vector2d(3, 3), Vector2d(3, -3)})
+      drawing.line(stop - arm, stop + arm, kPointColour, 1);
   }
 
   void name_objects() {
@@ -173,14 +152,14 @@ class ScenePanel {
 
   const ViewReport& report_;
   OutsideView view_;
-  SvgPanel panel_;
-  SvgLabels labels_;
+  ScenePen pen_;
+  Labels labels_;
 };
 
 }  // namespace
 
-std::string scene_panel(const ViewReport& report, const PanelSize& size) {
-  return ScenePanel(report, size).svg();
+Drawing scene_panel(const ViewReport& report, const PanelSize& size) {
+  return ScenePanel(report, size).drawing();
 }
 
 }  // namespace tagcal::tools

@@ -61,6 +61,16 @@ void Drawing::texts(double x, double y, double line_height, std::span<const std:
     text(x, y + line_height * static_cast<double>(i), lines[i], size, colour);
 }
 
+void Drawing::add(const Drawing& part, const Vector2d& place) {
+  for (auto item : part.items) {
+    if (auto* const path = std::get_if<Path>(&item))
+      for (Vector2d& point : path->points) point += place;
+    else
+      std::get<Text>(item).place += place;
+    items.push_back(std::move(item));
+  }
+}
+
 bool Drawing::has_text(std::string_view text) const {
   return std::ranges::any_of(items, [&](const auto& item) {
     const auto* found = std::get_if<Text>(&item);

@@ -33,6 +33,7 @@ struct Text {
   std::string colour = std::string(kBlack);
   At at = At::left;
   bool upwards = false;  // turned by a quarter
+  double halo = 0;       // width of a white line around the letters
 };
 
 struct Drawing {
@@ -47,6 +48,8 @@ struct Drawing {
   // Lines of text below each other.
   void texts(double x, double y, double line_height, std::span<const std::string> lines,
              double size, std::string_view colour);
+
+  void add(const Drawing& part, const Eigen::Vector2d& place);  // place: of its upper left corner
 
   bool has_text(std::string_view text) const;
 };
