@@ -7,6 +7,7 @@
 #include "rolling_worlds.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/calibrate.hpp"
+#include "tagcal/estimate/calibration/readout_rounds.hpp"
 #include "tagcal/io/dataset_file.hpp"
 
 namespace tagcal {
@@ -112,6 +113,33 @@ TEST(RollingShutter, TheReadoutOfAnExactFilm) {
     ASSERT_TRUE(c.readout) << readout_s;
     EXPECT_NEAR(c.readout->seconds, readout_s, 2e-5);
     EXPECT_EQ(c.readout->num_views, 40);
+  }
+}
+
+// Also those of views that the calibration rejected, because of their motion.
+TEST(RollingShutter, CornersWithoutTheMotion) {
+  constexpr double kReadout = 0.02;
+  const Film moving = film(1, kReadout, ReadDirection::down, 40);
+  const Film still = film(1, 0, ReadDirection::down, 40);
+  Calibration known;
+  known.camera = moving.dataset.truth->camera;
+  known.readout = Readout{.seconds = kReadout};
+  for (std::size_t v = 0; v < 40; ++v)
+    if (v != 10 && v != 11)
+      known.views.push_back({.camera_from_world = moving.dataset.truth->camera_from_world.at(
+                                 moving.dataset.views[v].image),
+                             .view = v});
+  const Dataset found = internal::without_motion(moving.dataset, moving.times_s, known);
+  for (const std::size_t v : {5UL, 9UL, 10UL, 11UL, 12UL}) {
+    ASSERT_EQ(found.views[v].observations.size(), still.dataset.views[v].observations.size()) << v;
+    double largest = 0, motion = 0;
+    for (std::size_t i = 0; i < found.views[v].observations.size(); ++i) {
+      const Eigen::Vector2d at = still.dataset.views[v].observations[i].pixel;
+      largest = std::max(largest, (found.views[v].observations[i].pixel - at).norm());
+      motion = std::max(motion, (moving.dataset.views[v].observations[i].pixel - at).norm());
+    }
+    // The pose of a rejected view is still moved by its rows, until the next calibration.
+    EXPECT_LT(largest, (v == 10 || v == 11 ? 0.2 : 0.05) * motion) << v;
   }
 }
 

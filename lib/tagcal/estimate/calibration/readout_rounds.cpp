@@ -1,14 +1,33 @@
 #include "tagcal/estimate/calibration/readout_rounds.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <map>
+#include <optional>
+#include <vector>
 
 #include "tagcal/estimate/bundle/readout.hpp"
+#include "tagcal/estimate/pose/robust_pose.hpp"
 
 namespace tagcal::internal {
 namespace {
 
 constexpr int kMaxReadoutRounds = 10;   // numeric: of Gauss-Newton steps
 constexpr double kReadoutChange = 0.1;  // numeric: standard deviations, which change no claim
+
+using Points = std::map<CornerId, Eigen::Vector3d>;
+
+// The pose of a view by a lens, so that it can show motion, and be seen without it. A motion that
+// no row terms take up is why a right view is rejected.
+std::optional<Pose> pose_by_lens(const View& view, const Points& points, const Lens& lens) {
+  std::vector<Correspondence> corners;
+  for (const Observation& o : view.observations)
+    if (const auto point = points.find(o.id); point != points.end())
+      corners.push_back({point->second, o.pixel});
+  const RobustPose<6> pose = fit_pose_robustly<6>(corners, lens, {});
+  if (!pose.fit) return std::nullopt;
+  return pose_of(pose.fit->best().state) * pose.problem->spread().plane_from_target_pose();
+}
 
 }  // namespace
 
@@ -23,19 +42,32 @@ Eigen::Vector2d row_motion_px(const Camera& camera, const Eigen::Vector3d& point
 
 Dataset without_motion(const Dataset& dataset, const std::vector<double>& times_s,
                        const Calibration& calibration) {
+  const Points points = points_in_world(dataset.boards);
+  std::vector<std::size_t> views;
   std::vector<double> times;
   std::vector<Pose> poses;
   for (const CalibratedView& view : calibration.views) {
+    views.push_back(view.view);
     times.push_back(times_s[view.view]);
     poses.push_back(view.camera_from_world);
   }
-  const auto velocities = velocities_in_time(times, poses);
+  // What was rejected may be wrong: the others' velocities are without it.
+  auto velocities = velocities_in_time(times, poses);
+  for (std::size_t v = 0; v < dataset.views.size(); ++v) {
+    if (std::ranges::count(calibration.views, v, &CalibratedView::view) > 0) continue;
+    const auto pose = pose_by_lens(dataset.views[v], points, calibration.camera->lens);
+    if (!pose) continue;
+    views.push_back(v);
+    times.push_back(times_s[v]);
+    poses.push_back(*pose);
+  }
+  const auto of_all = velocities_in_time(times, poses);
+  velocities.insert(velocities.end(), of_all.begin() + std::ssize(velocities), of_all.end());
   Dataset still = dataset;
   for (View& view : still.views) view.observations.clear();
-  const auto points = points_in_world(dataset.boards);
   for (std::size_t i = 0; i < poses.size(); ++i) {
     if (!velocities[i]) continue;
-    const std::size_t v = calibration.views[i].view;
+    const std::size_t v = views[i];
     still.views[v] = dataset.views[v];
     const Vector6d motion =
         calibration.readout->seconds / dataset.image_size.height * *velocities[i];

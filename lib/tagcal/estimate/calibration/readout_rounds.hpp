@@ -13,8 +13,9 @@ Eigen::Vector2d row_motion_px(const Camera& camera, const Eigen::Vector3d& point
                               const Vector6d& motion_per_row);
 
 // The corners where the middle row's time would show them, by the readout of a calibration, which
-// it has, and the motion of its poses. Corners keep their places in the data set; those that the
-// lens does not project stay as they are. Views without neighbours in time have none.
+// it has, and the motion of its poses; views that it rejected get a pose by its lens. Corners keep
+// their places in the data set; those that the lens does not project stay as they are. Views
+// without neighbours in time have none.
 Dataset without_motion(const Dataset& dataset, const std::vector<double>& times_s,
                        const Calibration& calibration);
 
