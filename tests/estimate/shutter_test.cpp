@@ -119,17 +119,21 @@ TEST(RollingShutter, TheReadoutOfAnExactFilm) {
 // Also those of views that the calibration rejected, because of their motion.
 TEST(RollingShutter, CornersWithoutTheMotion) {
   constexpr double kReadout = 0.02;
-  const Film moving = film(1, kReadout, ReadDirection::down, 40);
+  Film moving = film(1, kReadout, ReadDirection::down, 40);
+  moving.dataset.views[20].observations.clear();
+  moving.dataset.views[21].observations.resize(2);
   const Film still = film(1, 0, ReadDirection::down, 40);
   Calibration known;
   known.camera = moving.dataset.truth->camera;
   known.readout = Readout{.seconds = kReadout};
   for (std::size_t v = 0; v < 40; ++v)
-    if (v != 10 && v != 11)
+    if (v != 10 && v != 11 && v != 20 && v != 21)
       known.views.push_back({.camera_from_world = moving.dataset.truth->camera_from_world.at(
                                  moving.dataset.views[v].image),
                              .view = v});
   const Dataset found = internal::without_motion(moving.dataset, moving.times_s, known);
+  for (const std::size_t v : {20UL, 21UL})  // without a pose
+    EXPECT_TRUE(found.views[v].observations.empty());
   for (const std::size_t v : {5UL, 9UL, 10UL, 11UL, 12UL}) {
     ASSERT_EQ(found.views[v].observations.size(), still.dataset.views[v].observations.size()) << v;
     double largest = 0, motion = 0;

@@ -1,6 +1,5 @@
 #include "tagcal/estimate/calibration/readout_rounds.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <map>
 #include <optional>
@@ -44,18 +43,20 @@ Dataset without_motion(const Dataset& dataset, const std::vector<double>& times_
                        const Calibration& calibration) {
   const Points points = points_in_world(dataset.boards);
   std::vector<std::size_t> views;
+  std::vector<bool> is_used(dataset.views.size());
   std::vector<double> times;
   std::vector<Pose> poses;
   for (const CalibratedView& view : calibration.views) {
     views.push_back(view.view);
+    is_used[view.view] = true;
     times.push_back(times_s[view.view]);
     poses.push_back(view.camera_from_world);
   }
   // What was rejected may be wrong: the others' velocities are without it.
   auto velocities = velocities_in_time(times, poses);
   for (std::size_t v = 0; v < dataset.views.size(); ++v) {
-    if (std::ranges::count(calibration.views, v, &CalibratedView::view) > 0) continue;
-    const auto pose = pose_by_lens(dataset.views[v], points, calibration.camera->lens);
+    const auto pose = is_used[v] ? std::nullopt
+                                 : pose_by_lens(dataset.views[v], points, calibration.camera->lens);
     if (!pose) continue;
     views.push_back(v);
     times.push_back(times_s[v]);
