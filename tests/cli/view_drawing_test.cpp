@@ -3,7 +3,9 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cstdio>
 #include <optional>
+#include <span>
 
 #include "cli_fixture.hpp"
 #include "draw/canvas.hpp"
@@ -39,7 +41,7 @@ AlignedBox2d box_of(const std::vector<Vector2d>& points) {
   return box;
 }
 
-// The middles of discs and rings; `width`: of the line, 0 for discs.
+// The middles of the discs, or else of the rings.
 std::vector<Vector2d> circles(const Drawing& drawing, std::string_view colour, double radius,
                               bool is_disc) {
   std::vector<Vector2d> middles;

@@ -38,34 +38,38 @@ void paint(const Path& path, cairo_t* c) {
   cairo_stroke(c);
 }
 
-// Selects the font; returns the width.
-double set_font(const Text& text, cairo_t* c) {
+// The letters as cairo takes them: it refuses what is not UTF-8.
+std::string letters_of(const Text& text) { return one_line_text(text.text); }
+
+// Selects the font; returns the width of these letters.
+double set_font(const Text& text, const std::string& letters, cairo_t* c) {
   cairo_select_font_face(c, "DejaVu Sans", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
   cairo_set_font_size(c, 1.25 * text.size);  // sizes are points of 96 to an inch, as in a browser
   cairo_text_extents_t extents;
-  cairo_text_extents(c, one_line_text(text.text).c_str(), &extents);
+  cairo_text_extents(c, letters.c_str(), &extents);
   return extents.x_advance;
 }
 
 void paint(const Text& text, cairo_t* c) {
-  const double width = set_font(text, c);
+  const std::string letters = letters_of(text);
+  const double width = set_font(text, letters, c);
   const double along = text.at == Text::At::left     ? 0
                        : text.at == Text::At::middle ? width / 2
                                                      : width;
   cairo_save(c);
   cairo_translate(c, text.place.x(), text.place.y());
   if (text.upwards) cairo_rotate(c, -std::numbers::pi / 2);
-  cairo_move_to(c, -along, 0.36 * 1.25 * text.size);     // half the height of a capital letter
-  const std::string letters = one_line_text(text.text);  // cairo refuses what is not UTF-8
+  const double baseline = 0.36 * 1.25 * text.size;  // half the height of a capital letter
   if (text.halo > 0) {
+    cairo_move_to(c, -along, baseline);
     cairo_text_path(c, letters.c_str());
     cairo_set_source_rgb(c, 1, 1, 1);
     cairo_set_line_width(c, text.halo);
     cairo_set_line_join(c, CAIRO_LINE_JOIN_ROUND);
     cairo_stroke(c);
-    cairo_move_to(c, -along, 0.36 * 1.25 * text.size);
   }
   set_colour(c, text.colour, 1);
+  cairo_move_to(c, -along, baseline);
   cairo_show_text(c, letters.c_str());
   cairo_restore(c);
 }
@@ -129,7 +133,7 @@ ImageRgb image_of(cairo_surface_t* surface) {
 double text_width(const Text& text) {
   const CairoSurface surface(cairo_recording_surface_create(CAIRO_CONTENT_ALPHA, nullptr));
   const CairoContext context(cairo_create(surface.get()));
-  return set_font(text, context.get());
+  return set_font(text, letters_of(text), context.get());
 }
 
 std::string drawing_svg(const Drawing& drawing) {

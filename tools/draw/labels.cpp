@@ -12,11 +12,11 @@ namespace {
 using Eigen::Vector2d;
 using study::Drawing, study::Text;
 
-constexpr double kSize = 8.8;     // of the letters, points
-constexpr double kHeightPx = 13;  // of a name
-constexpr double kHaloPx = 2.5;   // of the white line around letters
-constexpr double kMarkPx = 3;     // half the size of a marked point
-constexpr double kBesidePx = 12;  // beyond it a name has a line to its point
+constexpr double kNameSize = 8.8;  // of the letters, points
+constexpr double kHeightPx = 13;   // of a name
+constexpr double kHaloPx = 2.5;    // of the white line around letters
+constexpr double kMarkPx = 3;      // half the size of a marked point
+constexpr double kBesidePx = 12;   // beyond it a name has a line to its point
 constexpr double kGapsPx[] = {5, 9, 14, 22, 32, 46, 64, 90, 120, 160, 220};
 constexpr int kDirections = 24;
 
@@ -60,7 +60,7 @@ bool Labels::is_free(const Window& box, const Segment2& leader) const {
 void Labels::add(std::string_view text, const Vector2d& point, std::string_view colour) {
   names_.push_back({.place = point,
                     .text = std::string(text),
-                    .size = kSize,
+                    .size = kNameSize,
                     .colour = std::string(colour),
                     .at = Text::At::middle,
                     .halo = kHaloPx});

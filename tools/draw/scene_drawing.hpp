@@ -43,7 +43,8 @@ class ScenePen {
     return project(camera_.lens, camera_from_world_ * x_in_world);
   }
 
-  // What is seen of papers, tags and occluders, then of their edges, then the targets' points.
+  // Draws the visible parts of papers, tags and occluders, then their visible edges, then measured
+  // points.
   void draw(const Scene& scene, study::Drawing& drawing) const;
 
  private:

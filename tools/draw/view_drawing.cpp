@@ -15,13 +15,13 @@ using study::Drawing;
 constexpr PanelSize kScene{760, 600};
 constexpr PanelSize kImage{480, 350};
 constexpr PanelSize kNdc{480, 315};
-constexpr double kGap = 20;       // around and between the panels
-constexpr double kTitle = 20;     // height of a panel's title
-constexpr double kCaptions = 95;  // height below the scene
-constexpr double kSize = 10.4;    // of letters, points
+constexpr double kGap = 20;         // around and between the panels
+constexpr double kTitle = 20;       // height of a panel's title
+constexpr double kCaptions = 95;    // height below the scene
+constexpr double kTextSize = 10.4;  // of letters, points
 
 void add_text(double x, double y, std::string_view words, Drawing& drawing) {
-  drawing.text(x, y, words, kSize);
+  drawing.text(x, y, words, kTextSize);
 }
 
 template <typename Vector>

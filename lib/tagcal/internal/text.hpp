@@ -61,7 +61,7 @@ inline std::string number_text(double value) { return fmt::format("{}", value); 
 
 // Text from a file, made printable in a message of one line.
 inline std::string shown(std::string_view text) {
-  constexpr std::size_t kMost = 60;
+  constexpr std::size_t kMost = 60;  // bytes; numeric: a value fits into a line of a terminal
   std::string line;
   for (const char c : text.substr(0, kMost)) {
     const auto byte = static_cast<unsigned char>(c);

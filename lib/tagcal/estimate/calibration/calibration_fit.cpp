@@ -159,8 +159,7 @@ void retry_with_other_poses(BundleState& state, const CalibrationInput& input,
       continue;
     const RobustPose<6> pose = fit_pose_robustly<6>(view.correspondences, lens, {});
     if (!pose.fit) continue;
-    trial.selection.pose[v] =
-        pose_of(pose.fit->best().state) * pose.problem->spread().plane_from_target_pose();
+    trial.selection.pose[v] = pose.camera_from_target();
     trial.selection.row_terms[v].setZero();
     any = true;
   }

@@ -16,16 +16,15 @@ constexpr double kReadoutChange = 0.1;  // numeric: standard deviations, which c
 
 using Points = std::map<CornerId, Eigen::Vector3d>;
 
-// The pose of a view by a lens, so that it can show motion, and be seen without it. A motion that
-// no row terms take up is why a right view is rejected.
+// The pose of a rejected view, by a known lens: a large motion of the rows is a reason to reject
+// right views.
 std::optional<Pose> pose_by_lens(const View& view, const Points& points, const Lens& lens) {
   std::vector<Correspondence> corners;
   for (const Observation& o : view.observations)
     if (const auto point = points.find(o.id); point != points.end())
       corners.push_back({point->second, o.pixel});
   const RobustPose<6> pose = fit_pose_robustly<6>(corners, lens, {});
-  if (!pose.fit) return std::nullopt;
-  return pose_of(pose.fit->best().state) * pose.problem->spread().plane_from_target_pose();
+  return pose.fit ? std::optional(pose.camera_from_target()) : std::nullopt;
 }
 
 }  // namespace
@@ -52,7 +51,7 @@ Dataset without_motion(const Dataset& dataset, const std::vector<double>& times_
     times.push_back(times_s[view.view]);
     poses.push_back(view.camera_from_world);
   }
-  // What was rejected may be wrong: the others' velocities are without it.
+  // A rejected view may be wrong, so the velocities of the others do not use its pose.
   auto velocities = velocities_in_time(times, poses);
   for (std::size_t v = 0; v < dataset.views.size(); ++v) {
     const auto pose = is_used[v] ? std::nullopt

@@ -22,7 +22,7 @@ std::vector<WholeView> whole_views(const CalibrationInput& input, const Camera& 
     }
     WholeView& view = views.emplace_back();
     view.index = prepared.index;
-    view.pose = pose_of(pose.fit->best().state) * pose.problem->spread().plane_from_target_pose();
+    view.pose = pose.camera_from_target();
     view.corners.assign(corners.begin(), corners.end());
     view.inlier.assign(corners.size(), 1);
     for (const std::size_t i : pose.outliers) view.inlier[i] = 0;

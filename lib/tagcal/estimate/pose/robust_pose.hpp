@@ -20,6 +20,11 @@ struct RobustPose {
   std::vector<std::size_t> outliers;                    // ascending
   bool model_error = false;       // the residuals are correlated: a finding says so
   std::vector<Finding> findings;  // without a fit the last one is the reason
+
+  // The best minimum. Precondition: there is a fit.
+  Pose camera_from_target() const {
+    return pose_of(fit->best().state) * problem->spread().plane_from_target_pose();
+  }
 };
 
 // Fits all correspondences; if their residuals are inconsistent, searches for the inliers (RANSAC).
