@@ -38,22 +38,19 @@ std::string joined(const Items& items, std::string_view separator, const TextOf&
   return all;
 }
 
-// Parses a finite decimal number; no value if `text` has anything else.
-inline std::optional<double> parse_number(std::string_view text) {
+// Parses a decimal number, with or without a sign; no value if `text` has anything else.
+template <typename T>
+std::optional<T> parsed(std::string_view text) {
   if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
-  double value = 0;
+  T value{};
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  if (!std::isfinite(value)) return std::nullopt;
   return value;
 }
-
-inline std::optional<int> parse_whole(std::string_view text) {
-  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
-  int value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return value;
+inline std::optional<int> parse_whole(std::string_view text) { return parsed<int>(text); }
+inline std::optional<double> parse_number(std::string_view text) {  // finite
+  const auto value = parsed<double>(text);
+  return value && std::isfinite(*value) ? value : std::nullopt;
 }
 
 // The shortest text that reads back as the same double.
